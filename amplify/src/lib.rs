@@ -1,0 +1,1 @@
+//! Heightfields amplified to implicit 3D terrain (Paris 2019).

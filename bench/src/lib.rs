@@ -1,0 +1,1 @@
+//! Benchmarks: instruction counts, throughput, CPU against GPU.

@@ -1,0 +1,1 @@
+//! Terrain from feature curves by multigrid diffusion (Hnaidi 2010).

@@ -1,0 +1,2 @@
+//! The `terrain` command.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Experiments that reproduce every table and figure, and the terrain command.

@@ -1,0 +1,1 @@
+//! The GPU side: adapters, and run-time tessellated detail, on wgpu.

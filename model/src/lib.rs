@@ -1,0 +1,1 @@
+//! Terrain as a tree of landform primitives (Génevaux 2015), and the ground all other crates stand on.

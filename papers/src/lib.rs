@@ -1,0 +1,1 @@
+//! What each paper says: tables, claims, errata and their evidence.
