@@ -189,16 +189,16 @@ impl<R: Differentiable, const K: usize> Real for Dual<R, K> {
         x.zip(y, length, |dx, dy| R::length_slope(x.value, y.value, length, dx, dy))
     }
     #[inline]
-    fn weighted_mean(parts: &[(Self, Self)]) -> (Self, Self) {
+    fn weighted_mean(parts: &[(Self, Self)], least: f64) -> (Self, Self) {
         // The values as the number below computes them, bit for bit; the slopes about the mean.
         let mut values = [(R::zero(), R::zero()); 16];
         let (mean, weight) = if parts.len() <= 16 {
             for (value, part) in values.iter_mut().zip(parts) {
                 *value = (part.0.value, part.1.value);
             }
-            R::weighted_mean(&values[..parts.len()])
+            R::weighted_mean(&values[..parts.len()], least)
         } else {
-            R::weighted_mean(&parts.iter().map(|part| (part.0.value, part.1.value)).collect::<Vec<_>>())
+            R::weighted_mean(&parts.iter().map(|part| (part.0.value, part.1.value)).collect::<Vec<_>>(), least)
         };
         let mut elevation = Dual::fixed(mean);
         let mut total = Dual::fixed(weight);
@@ -229,7 +229,7 @@ mod tests {
         let a = (x * y + c(2.0)).abs() / (x.square() + c(1.0));
         let b = (y.square() + c(0.5)).sqrt() - R::length(x, y + c(3.0));
         let s = R::select(x.less(y), a.min(b), a.max(b));
-        R::weighted_mean(&[(s, x.square() + c(0.1)), (a - b, y.square()), (-b, c(0.3))]).0
+        R::weighted_mean(&[(s, x.square() + c(0.1)), (a - b, y.square()), (-b, c(0.3))], 0.0).0
     }
 
     proptest! {

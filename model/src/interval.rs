@@ -266,7 +266,7 @@ impl Real for Interval {
     }
     /// The quotient where the weight is bounded away from 0, met with the hull of the elevations that can carry weight;
     /// that hull (with 0 where all weights may vanish) elsewhere.
-    fn weighted_mean(parts: &[(Interval, Interval)]) -> (Interval, Interval) {
+    fn weighted_mean(parts: &[(Interval, Interval)], least: f64) -> (Interval, Interval) {
         let mut sum = Interval::ZERO;
         let mut weight = Interval::ZERO;
         let mut hull: Option<Interval> = None;
@@ -287,6 +287,7 @@ impl Real for Interval {
                 hull = Some(hull.map_or(elevation, |h| h.hull(elevation)));
             }
         }
+        weight.lo = weight.lo.max(least.min(weight.hi));
         let Some(hull) = hull else { return (Interval::ZERO, Interval::ZERO) };
         if weight.lo > 0.0 { ((sum / weight + c).meet(hull), weight) } else { (hull.hull(Interval::ZERO), weight) }
     }
@@ -336,7 +337,7 @@ mod tests {
     fn a_weighted_mean_stays_between_its_operands() {
         let parts =
             [(Interval::new(1.0, 2.0), Interval::new(0.2, 0.9)), (Interval::new(3.0, 4.0), Interval::new(0.0, 0.5))];
-        let (mean, weight) = Interval::weighted_mean(&parts);
+        let (mean, weight) = Interval::weighted_mean(&parts, 0.0);
         assert!(mean.lo() >= 1.0 && mean.hi() <= 4.0, "{mean:?}");
         assert!(weight.contains(0.2) && weight.contains(1.4));
         for i in 0..=10 {

@@ -1,9 +1,17 @@
 //! Terrain as a tree of landform primitives (Génevaux 2015), and the ground all other crates stand on.
 
+pub mod bounds;
 pub mod dual;
 pub mod falloff;
 pub mod interval;
 pub mod lanes;
 pub mod noise;
+pub mod operator;
+pub mod primitive;
+pub mod profile;
+pub mod program;
 pub mod real;
 pub mod rounding;
+pub mod scene;
+pub mod trace;
+pub mod tree;

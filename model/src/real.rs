@@ -99,12 +99,14 @@ pub trait Real:
     }
 
     /// The convex combination Σ αᵢ fᵢ / Σ αᵢ of `(elevation, weight)` pairs and the sum of their weights; elevation 0
-    /// where all weights are 0.
+    /// where all weights are 0. `least` is what the caller knows the sum of weights to be at least: floats ignore it,
+    /// an enclosure that has lost it to dependency uses it.
     ///
     /// An enclosing number type overrides this with a tighter form: the quotient of two intervals forgets that the
     /// result lies between the smallest and the largest fᵢ.
     #[inline(always)]
-    fn weighted_mean(parts: &[(Self, Self)]) -> (Self, Self) {
+    fn weighted_mean(parts: &[(Self, Self)], least: f64) -> (Self, Self) {
+        let _ = least;
         let mut sum = Self::zero();
         let mut weight = Self::zero();
         for &(elevation, part_weight) in parts {

@@ -56,7 +56,12 @@ pub fn octave_seed(seed: u32, k: u8) -> u32 {
 
 /// The noise at `x`, metres from its anchor (from the tile's origin when `frames` are given), in metres.
 #[inline(always)]
-pub fn evaluate<R: NoiseValue, P: Copy + Into<f64>>(kind: NoiseKind, shape: &Shape<R>, frames: &[OctaveFrame<P>], x: [R; 2]) -> R {
+pub fn evaluate<R: NoiseValue, P: Copy + Into<f64>>(
+    kind: NoiseKind,
+    shape: &Shape<R>,
+    frames: &[OctaveFrame<P>],
+    x: [R; 2],
+) -> R {
     let inverse_range = R::constant(1.0 / GRADIENT2_RANGE);
     let mut frequency = shape.frequency;
     let mut amplitude = if kind == NoiseKind::Multifractal { R::one() } else { shape.amplitude };

@@ -1,0 +1,103 @@
+//! Curve primitive on segments and polylines (Génevaux 2015 §4.1, Fig. 6): elevation along the skeleton plus a
+//! cross-section of the signed distance.
+//!
+//! The paper takes the elevation of the nearest point, which jumps on the medial axis (claims G22). Here the segments
+//! whose squared distance exceeds the smallest by less than s² (s the *joint*, metres) are averaged with Wyvill
+//! weights of that excess: their sum is at least 1, so elevation is Lipschitz, and on a straight reach the skeleton's
+//! own descent is kept.
+
+use super::{Number, Parameters};
+use crate::bounds::{Bounds, Region, times_up};
+use crate::dual::Dual;
+use crate::falloff::{WYVILL_SLOPE, wyvill};
+use crate::interval::Interval;
+use crate::profile;
+use crate::real::{Mask, Real};
+
+/// Parameters before those of the segments: 1/r², weight, 1/s².
+pub const WIDTH: usize = 3;
+/// Parameters of a segment: start x, y, z, unit direction x, y, length, grade (metres per metre).
+pub const SEGMENT_WIDTH: usize = 7;
+
+/// The most segments of one curve that can share a point's neighbourhood; the compiler splits longer curves.
+pub const MAX_SEGMENTS: usize = 64;
+
+/// Where a point stands relative to one segment.
+struct Foot<R> {
+    distance_squared: R,
+    side: R,
+    elevation: R,
+}
+
+#[inline(always)]
+fn foot<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segment: usize, x: [R; 2]) -> Foot<R> {
+    let k = WIDTH + segment * SEGMENT_WIDTH;
+    let start = p.pair::<R>(k);
+    let direction = p.pair::<R>(k + 3);
+    let d = [x[0] - start[0], x[1] - start[1]];
+    let along = d[0] * direction[0] + d[1] * direction[1];
+    let side = direction[0] * d[1] - direction[1] * d[0];
+    let at = along.max(R::zero()).min(p.get(k + 5));
+    // Beyond an end the distance grows by what is left of the abscissa.
+    let past = along - at;
+    Foot { distance_squared: side.square() + past.square(), side, elevation: p.get::<R>(k + 2) + at * p.get(k + 6) }
+}
+
+/// (elevation, weight) of a curve with `segments` segments and a profile of `pieces` pieces.
+#[inline(always)]
+pub fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segments: usize, pieces: usize, x: [R; 2]) -> (R, R) {
+    let section = Parameters(&p.0[WIDTH + segments * SEGMENT_WIDTH..]);
+    if segments == 1 {
+        let foot = foot(p, 0, x);
+        let elevation = foot.elevation + profile::evaluate(section, pieces, foot.side);
+        return (elevation, p.get::<R>(1) * wyvill(foot.distance_squared * p.get::<R>(0)));
+    }
+    let mut nearest = foot(p, 0, x).distance_squared;
+    for segment in 1..segments {
+        nearest = nearest.min(foot(p, segment, x).distance_squared);
+    }
+    let weight = p.get::<R>(1) * wyvill(nearest * p.get::<R>(0));
+    if !R::zero().less(weight).may_hold() {
+        return (R::zero(), weight);
+    }
+    let mut parts = [(R::zero(), R::zero()); MAX_SEGMENTS];
+    let mut count = 0;
+    for segment in 0..segments.min(MAX_SEGMENTS) {
+        let foot = foot(p, segment, x);
+        let excess = (foot.distance_squared - nearest).max(R::zero()) * p.get::<R>(2);
+        if excess.less(R::one()).may_hold() {
+            let elevation = foot.elevation + profile::evaluate(section, pieces, foot.side);
+            parts[count] = (elevation, wyvill(excess));
+            count += 1;
+        }
+    }
+    // The nearest segment has weight 1.
+    (R::weighted_mean(&parts[..count], 1.0).0, weight)
+}
+
+/// Range and slopes over a region, by running the formula itself on duals of intervals over the region's extent, met
+/// with λ_α ≤ w·L/r.
+pub fn bounds(p: Parameters<f64>, segments: usize, pieces: usize, region: &Region) -> Bounds {
+    let nearest = nearest_squared(p, segments, region);
+    let u = nearest * Interval::point(p.0[0]);
+    if u.lo() >= 1.0 {
+        return Bounds::ABSENT;
+    }
+    let x = [Dual::<Interval, 2>::variable(region.extent[0], 0), Dual::variable(region.extent[1], 1)];
+    let (elevation, weight) = sample(p, segments, pieces, x);
+    let slope = Interval::length(elevation.slope[0], elevation.slope[1]).hi();
+    let along = Interval::point(p.0[1]) * wyvill(u);
+    let range = weight.value.meet(along);
+    let global = times_up(p.0[1], (Real::sqrt(Interval::point(p.0[0])) * Interval::point(WYVILL_SLOPE)).hi());
+    let local = Interval::length(weight.slope[0], weight.slope[1]).hi();
+    Bounds::primitive(elevation.value, Interval::new(range.lo().max(0.0), range.hi()), slope, local.min(global))
+}
+
+/// Encloses the squared distance to the skeleton over a region.
+fn nearest_squared(p: Parameters<f64>, segments: usize, region: &Region) -> Interval {
+    let mut nearest = Interval::new(f64::INFINITY, f64::INFINITY);
+    for segment in 0..segments {
+        nearest = Real::min(nearest, foot(p, segment, region.extent).distance_squared);
+    }
+    nearest
+}

@@ -1,0 +1,39 @@
+//! Accelerated sphere tracing (Génevaux 2015 §7.2): a slope bound over the candidate segment instead of one for the
+//! whole terrain, with s = δ where the ray cannot approach the terrain and min(δ, h/−c) elsewhere, in both cases
+//! limited to the segment the bound was computed for (claims G13, G14). δ follows the step taken instead of doubling
+//! for ever (claims G15).
+
+use super::march::{Settings, Step, march};
+use super::{Answer, RayFunction};
+use crate::bounds::THRESHOLD;
+
+/// δ ← GROWTH·s.
+const GROWTH: f64 = 2.0;
+
+/// Traces one ray.
+pub fn trace<F: RayFunction>(function: &mut F, settings: &Settings) -> Answer {
+    let mut candidate = f64::INFINITY;
+    march(function, settings, |function, t, end, point| {
+        candidate = candidate.min(end - t).max(settings.edge);
+        let bounds = function.bounds(t, t + candidate);
+        let delta = candidate;
+        let step = if bounds.weight.hi() < THRESHOLD || bounds.height.lo() > 0.0 {
+            Step::Free(delta)
+        } else {
+            let to_surface = if bounds.descent >= 0.0 { delta } else { (point.height / -bounds.descent).min(delta) };
+            let to_border = (point.weight - THRESHOLD).abs() / bounds.weight_slope.max(f64::MIN_POSITIVE);
+            if bounds.weight.lo() >= THRESHOLD {
+                Step::Free(to_surface)
+            } else if !point.in_domain() {
+                Step::Border(to_border.min(delta))
+            } else if to_surface <= to_border {
+                Step::Free(to_surface)
+            } else {
+                Step::Border(to_border)
+            }
+        };
+        let (Step::Free(taken) | Step::Border(taken)) = step;
+        candidate = GROWTH * taken.max(settings.edge);
+        step
+    })
+}

@@ -1,0 +1,142 @@
+//! A terrain along a ray: h(t) = z(t) − f(x(t), y(t)).
+
+use super::sphere::Global;
+use super::{Ray, RayBounds, RayFunction, RayPoint};
+use crate::bounds::Region;
+use crate::dual::Dual;
+use crate::interval::Interval;
+use crate::operator::BlendRule;
+use crate::program::{BoundsEvaluator, Evaluator, Program, Sample};
+use glam::{DVec2, DVec3};
+
+/// A program prepared for tracing: its support and its bounds over all of it.
+#[derive(Clone, Debug)]
+pub struct Surface<'a> {
+    program: &'a Program,
+    support: Option<(DVec2, DVec2)>,
+    global: Global,
+    rule: BlendRule,
+    slope_cap: f64,
+}
+
+impl<'a> Surface<'a> {
+    /// A terrain with the corrected bounds.
+    pub fn new(program: &'a Program) -> Surface<'a> {
+        Surface::with_rule(program, BlendRule::Corrected)
+    }
+    /// A terrain whose blends are bounded by `rule`.
+    pub fn with_rule(program: &'a Program, rule: BlendRule) -> Surface<'a> {
+        let support = program.support();
+        let bounds =
+            support.map(|(lo, hi)| BoundsEvaluator::with_rule(program, rule).bounds(Region::rectangle(lo, hi)));
+        let global =
+            Global { slope: bounds.map_or(0.0, |b| b.slope), weight_slope: bounds.map_or(0.0, |b| b.weight_slope) };
+        Surface { program, support, global, rule, slope_cap: f64::INFINITY }
+    }
+    /// A deliberately wrong terrain: no slope bound exceeds `slope`. A control for comparisons, never for pictures.
+    #[must_use]
+    pub fn with_slope_cap(mut self, slope: f64) -> Surface<'a> {
+        self.slope_cap = slope;
+        self.global.slope = self.global.slope.min(slope);
+        self
+    }
+    /// Bounds over the whole terrain.
+    pub fn global(&self) -> Global {
+        self.global
+    }
+    /// The program.
+    pub fn program(&self) -> &'a Program {
+        self.program
+    }
+    /// The support box, (south-west, north-east) corners.
+    pub fn support(&self) -> Option<(DVec2, DVec2)> {
+        self.support
+    }
+}
+
+/// Follows rays over a [`Surface`], one after the other, reusing its stacks.
+#[derive(Debug)]
+pub struct HeightRay<'a> {
+    surface: &'a Surface<'a>,
+    ray: Ray,
+    values: Evaluator<f64>,
+    duals: Evaluator<Dual<f64, 2>>,
+    bounds: BoundsEvaluator<'a>,
+    evaluations: u64,
+}
+
+impl<'a> HeightRay<'a> {
+    /// A ray that looks straight down from the origin, until [`HeightRay::aim`].
+    pub fn new(surface: &'a Surface<'a>) -> HeightRay<'a> {
+        HeightRay {
+            surface,
+            ray: Ray { origin: DVec3::ZERO, direction: DVec3::NEG_Z },
+            values: Evaluator::new(surface.program),
+            duals: Evaluator::new(surface.program),
+            bounds: BoundsEvaluator::with_rule(surface.program, surface.rule),
+            evaluations: 0,
+        }
+    }
+    /// Takes another ray and counts from 0.
+    pub fn aim(&mut self, ray: Ray) {
+        self.ray = ray;
+        self.evaluations = 0;
+    }
+    /// Elevation, weight and gradients below the point at `t`. Counted.
+    pub fn sample(&mut self, t: f64) -> Sample {
+        self.evaluations += 1;
+        self.duals.sample(self.surface.program, self.ray.at(t).truncate())
+    }
+}
+
+impl RayFunction for HeightRay<'_> {
+    fn span(&self) -> Option<(f64, f64)> {
+        let (lo, hi) = self.surface.support?;
+        clip(&self.ray, lo, hi)
+    }
+    fn value(&mut self, t: f64) -> RayPoint {
+        self.evaluations += 1;
+        let p = self.ray.at(t);
+        let (elevation, weight) = self.values.run(self.surface.program, [p.x, p.y]);
+        RayPoint { height: p.z - elevation, weight }
+    }
+    fn slope(&mut self, t: f64) -> f64 {
+        let u = self.ray.direction;
+        u.z - self.sample(t).gradient.dot(u.truncate())
+    }
+    fn bounds(&mut self, t0: f64, t1: f64) -> RayBounds {
+        self.evaluations += 1;
+        let (p, q) = (self.ray.at(t0), self.ray.at(t1));
+        let b = self.bounds.bounds(Region::segment(p.truncate(), q.truncate()));
+        let u = self.ray.direction;
+        let across = u.truncate().length();
+        RayBounds {
+            height: Interval::new(p.z, q.z) - b.elevation,
+            descent: u.z - across * b.slope.min(self.surface.slope_cap),
+            weight: b.weight,
+            weight_slope: across * b.weight_slope,
+        }
+    }
+    fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+}
+
+/// The piece of the ray, from its origin on, above the box with corners `lo` and `hi`.
+pub(super) fn clip(ray: &Ray, lo: DVec2, hi: DVec2) -> Option<(f64, f64)> {
+    let (mut near, mut far) = (0.0f64, f64::INFINITY);
+    for axis in 0..2 {
+        let (o, u) = (ray.origin[axis], ray.direction[axis]);
+        if u == 0.0 {
+            if o < lo[axis] || o > hi[axis] {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = ((lo[axis] - o) / u, (hi[axis] - o) / u);
+        near = near.max(a.min(b));
+        far = far.min(a.max(b));
+    }
+    // A vertical ray ends where any terrain does: elevations beyond 10⁹ m are refused by no one, and met by no one.
+    (near <= far).then_some((near, far.min(near + 1e9)))
+}

@@ -1,0 +1,142 @@
+//! Random trees for the laws that every tree must obey.
+
+use glam::{DVec2, DVec3};
+use std::sync::Arc;
+use terrain_model::noise::NoiseKind;
+use terrain_model::operator::WeightRule;
+use terrain_model::primitive::image::Image;
+use terrain_model::profile::Knot;
+use terrain_model::tree::{DiscNoise, Node, NodeId, Similarity, Tree};
+
+/// A small deterministic generator (SplitMix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+    /// Uniform in [lo, hi).
+    pub fn range(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + (hi - lo) * ((self.next() >> 11) as f64 / (1u64 << 53) as f64)
+    }
+    pub fn below(&mut self, n: u64) -> u64 {
+        self.next() % n
+    }
+    pub fn point(&mut self, half: f64) -> DVec2 {
+        DVec2::new(self.range(-half, half), self.range(-half, half))
+    }
+}
+
+/// Half the side of the square in which random trees live, metres.
+pub const HALF: f64 = 500.0;
+
+fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
+    let c = random.point(HALF);
+    let node = match random.below(6) {
+        0 => Node::Disc {
+            centre: DVec3::new(c.x, c.y, random.range(-50.0, 100.0)),
+            radius: random.range(50.0, 600.0),
+            weight: random.range(0.3, 1.5),
+            noise: None,
+        },
+        1..=3 => Node::Disc {
+            centre: DVec3::new(c.x, c.y, random.range(-50.0, 100.0)),
+            radius: random.range(100.0, 700.0),
+            weight: random.range(0.5, 1.5),
+            noise: Some(DiscNoise {
+                kind: [NoiseKind::Fbm, NoiseKind::Turbulence, NoiseKind::Ridged, NoiseKind::Multifractal]
+                    [random.below(4) as usize],
+                octaves: 1 + random.below(5) as u32,
+                frequency: random.range(0.002, 0.02),
+                amplitude: random.range(2.0, 40.0),
+                lacunarity: random.range(1.7, 2.3),
+                gain: random.range(0.3, 0.6),
+                seed: random.next() as u32,
+            }),
+        },
+        4 => {
+            let count = 2 + random.below(4);
+            let step = random.point(1.0).normalize() * 150.0;
+            let points = (0..count)
+                .map(|k| {
+                    let p = c + step * k as f64 + random.point(30.0);
+                    DVec3::new(p.x, p.y, 40.0 - 3.0 * k as f64 + random.range(-1.0, 1.0))
+                })
+                .collect();
+            Node::Curve {
+                points,
+                radius: random.range(60.0, 150.0),
+                weight: random.range(0.8, 1.3),
+                joint: random.range(15.0, 40.0),
+                profile: vec![
+                    Knot { distance: -40.0, height: 8.0, slope: 0.0 },
+                    Knot { distance: 0.0, height: 0.0, slope: 0.0 },
+                    Knot { distance: 45.0, height: 11.0, slope: 0.1 },
+                ],
+            }
+        }
+        _ => {
+            let (w, h) = (20 + random.below(30) as usize, 20 + random.below(30) as usize);
+            let samples = (0..w * h).map(|_| random.range(0.0, 30.0) as f32).collect();
+            let spacing = DVec2::new(random.range(5.0, 15.0), random.range(5.0, 15.0));
+            Node::Image {
+                image: Arc::new(Image::new(w, h, samples).expect("a valid image")),
+                origin: c,
+                spacing,
+                margin: 0.4 * (spacing * DVec2::new(w as f64 - 1.0, h as f64 - 1.0) * 0.5).min_element(),
+                weight: random.range(0.6, 1.2),
+                elevation_scale: random.range(0.5, 1.5),
+                elevation_offset: random.range(-20.0, 20.0),
+            }
+        }
+    };
+    tree.push(node)
+}
+
+/// A random subtree.
+pub fn subtree(tree: &mut Tree, random: &mut Random, depth: u32) -> NodeId {
+    if depth == 0 {
+        return primitive(tree, random);
+    }
+    match random.below(6) {
+        0..=2 => {
+            let operands = (0..2 + random.below(4)).map(|_| subtree(tree, random, depth - 1)).collect();
+            tree.push(Node::Blend(operands))
+        }
+        3 => {
+            let (a, b) = (subtree(tree, random, depth - 1), subtree(tree, random, depth - 1));
+            let rule = if random.below(2) == 0 { WeightRule::Keep } else { WeightRule::Combine };
+            tree.push(Node::Replace { a, b, rule })
+        }
+        4 => {
+            let (a, b) = (subtree(tree, random, depth - 1), subtree(tree, random, depth - 1));
+            let rule = if random.below(2) == 0 { WeightRule::Keep } else { WeightRule::Combine };
+            tree.push(Node::Add { a, b, rule })
+        }
+        _ => {
+            let node = subtree(tree, random, depth - 1);
+            let map = Similarity {
+                scale: random.range(0.5, 1.5),
+                rotation: random.range(-3.0, 3.0),
+                translation: random.point(100.0),
+                elevation_scale: random.range(0.5, 1.2),
+                elevation_offset: random.range(-5.0, 5.0),
+            };
+            let moved = tree.push(Node::Affine { node, map });
+            if random.below(2) == 0 { moved } else { tree.push(Node::Blend(vec![node, moved])) }
+        }
+    }
+}
+
+/// A random tree with its root.
+pub fn random_tree(seed: u64) -> (Tree, NodeId) {
+    let mut random = Random(seed);
+    let mut tree = Tree::new();
+    let depth = 1 + random.below(3) as u32;
+    let root = subtree(&mut tree, &mut random, depth);
+    (tree, root)
+}

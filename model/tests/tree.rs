@@ -1,0 +1,214 @@
+//! Laws of trees: queries agree with each other, bounds hold, pruning and re-basing change nothing they may not.
+
+mod common;
+
+use common::{HALF, Random, random_tree};
+use glam::DVec2;
+use terrain_model::bounds::{Bounds, Region, THRESHOLD};
+use terrain_model::dual::Dual;
+use terrain_model::interval::Interval;
+use terrain_model::program::{BatchEvaluator, BoundsEvaluator, Evaluator, Program, TileProgram};
+use terrain_model::rounding::Rounded;
+
+fn programs(from: u64, count: u64) -> impl Iterator<Item = (u64, Program)> {
+    (from..from + count).map(|seed| {
+        let (tree, root) = random_tree(seed);
+        (seed, Program::compile(&tree, root).expect("a random tree compiles"))
+    })
+}
+
+#[test]
+fn a_sample_carries_the_value_bit_for_bit_and_the_gradient_of_it() {
+    let mut checked = 0;
+    for (seed, program) in programs(0, 120) {
+        let mut random = Random(seed ^ 77);
+        for _ in 0..40 {
+            let p = random.point(HALF);
+            let s = program.sample(p);
+            assert_eq!((s.elevation, s.weight), program.height(p), "tree {seed} at {p}");
+            if s.weight < 0.05 {
+                continue;
+            }
+            for axis in [DVec2::X, DVec2::Y] {
+                let difference = |e: f64| (program.height(p + axis * e).0 - program.height(p - axis * e).0) / (2.0 * e);
+                let (coarse, fine) = (difference(1e-4), difference(5e-5));
+                // Where two step widths disagree the stencil straddles a crease.
+                if (coarse - fine).abs() < 1e-5 {
+                    let slope = s.gradient.dot(axis);
+                    assert!((fine - slope).abs() < 1e-4 * (1.0 + slope.abs()), "tree {seed} at {p}: {fine} {slope}");
+                    checked += 1;
+                }
+            }
+        }
+    }
+    assert!(checked > 2000, "{checked}");
+}
+
+/// The largest violation of `bounds` by pairs of points of the region: how far a value lies outside, and by what factor a
+/// difference quotient exceeds its slope bound.
+fn violation(program: &Program, bounds: &Bounds, a: DVec2, b: DVec2, random: &mut Random, segment: bool) -> f64 {
+    let mut values = Evaluator::<f64>::new(program);
+    let at = |random: &mut Random| {
+        let t = DVec2::new(random.range(0.0, 1.0), random.range(0.0, 1.0));
+        a + (b - a) * if segment { DVec2::splat(t.x) } else { t }
+    };
+    let mut worst = 0.0f64;
+    for _ in 0..30 {
+        let p = at(random);
+        // Close pairs see the gradient; far ones what lies between.
+        let q = if random.below(2) == 0 { p + (at(random) - p) * 1e-3 } else { at(random) };
+        let (fp, ap) = values.height(program, p);
+        let (fq, aq) = values.height(program, q);
+        let distance = p.distance(q);
+        let slack = 1e-9 * (1.0 + fp.abs().max(fq.abs()));
+        for (f, alpha) in [(fp, ap), (fq, aq)] {
+            if alpha > 0.0 && !(bounds.elevation + Interval::symmetric(slack)).contains(f) {
+                worst = worst.max(2.0);
+            }
+            if !(bounds.weight + Interval::symmetric(1e-12)).contains(alpha) {
+                worst = worst.max(2.0);
+            }
+        }
+        if distance < 1e-6 {
+            continue;
+        }
+        let over = |rise: f64, slope: f64| if rise <= slack { 0.0 } else { (rise - slack) / distance / slope };
+        worst = worst.max(over((ap - aq).abs(), bounds.weight_slope));
+        // λ_f bounds difference quotients along a line inside the domain.
+        let inside = (0..=8).all(|k| values.height(program, p + (q - p) * (f64::from(k) / 8.0)).1 >= THRESHOLD + 1e-3);
+        if inside {
+            worst = worst.max(over((fp - fq).abs(), bounds.slope));
+        }
+        if distance < 0.1 && ap > 0.0 && aq > 0.0 {
+            worst = worst.max(over(ap.min(aq) * (fp - fq).abs(), bounds.weighted_slope * (1.0 + 1e-6)));
+        }
+    }
+    worst
+}
+
+#[test]
+fn bounds_hold_over_boxes_and_segments() {
+    let mut tightest = 0.0f64;
+    let mut control = 0;
+    for (seed, program) in programs(1000, 250) {
+        let mut random = Random(seed);
+        let mut evaluator = BoundsEvaluator::new(&program);
+        for k in 0..24 {
+            let size = [800.0, 200.0, 40.0, 5.0][k % 4];
+            let a = random.point(HALF);
+            let b = a + random.point(size);
+            let segment = k % 2 == 0;
+            let region = if segment { Region::segment(a, b) } else { Region::rectangle(a, b) };
+            let bounds = evaluator.bounds(region);
+            if bounds.slope.is_infinite() && bounds.weight_slope.is_infinite() {
+                continue;
+            }
+            let worst = violation(&program, &bounds, a, b, &mut random, segment);
+            assert!(worst <= 1.0 + 1e-9, "tree {seed}, region {k}: {worst}");
+            tightest = tightest.max(worst);
+            // Control: the same check convicts a bound scaled to 0.6 of itself somewhere.
+            let wrong = Bounds { slope: 0.6 * bounds.slope, weight_slope: 0.6 * bounds.weight_slope, ..bounds };
+            control += usize::from(violation(&program, &wrong, a, b, &mut random, segment) > 1.0);
+        }
+    }
+    assert!(tightest > 0.9, "{tightest}");
+    assert!(control > 20, "{control}");
+}
+
+#[test]
+fn pruning_to_a_box_changes_no_bit_on_it() {
+    let mut shorter = 0;
+    for (seed, program) in programs(5000, 250) {
+        let mut random = Random(seed);
+        for _ in 0..6 {
+            let a = random.point(HALF);
+            let b = a + random.point(60.0);
+            let pruned = program.prune(Region::rectangle(a, b));
+            shorter += usize::from(pruned.code().len() < program.code().len());
+            let (mut whole, mut part) = (Evaluator::<f64>::new(&program), Evaluator::<f64>::new(&program));
+            for _ in 0..40 {
+                let t = DVec2::new(random.range(0.0, 1.0), random.range(0.0, 1.0));
+                let p = (a + (b - a) * t).clamp(a.min(b), a.max(b));
+                let (x, y) = (whole.height(&program, p), part.height(&pruned, p));
+                assert_eq!(
+                    (x.0.to_bits(), x.1.to_bits()),
+                    (y.0.to_bits(), y.1.to_bits()),
+                    "tree {seed} at {p}: {x:?} {y:?}"
+                );
+            }
+        }
+    }
+    assert!(shorter > 500, "{shorter}");
+}
+
+#[test]
+fn lanes_stay_within_the_derived_rounding_error() {
+    let mut worst_ratio = 0.0f64;
+    let mut widest = 0.0f64;
+    let mut control = 0;
+    for (seed, program) in programs(9000, 150) {
+        let mut random = Random(seed);
+        // Far from the world's origin, where f32 world coordinates would be metres off.
+        for _ in 0..4 {
+            let origin = random.point(HALF);
+            let tile = TileProgram::new(&program.prune(Region::rectangle(origin, origin + DVec2::splat(64.0))), origin);
+            let n = 64;
+            let x: Vec<f32> = (0..n).map(|_| random.range(0.0, 64.0) as f32).collect();
+            let y: Vec<f32> = (0..n).map(|_| random.range(0.0, 64.0) as f32).collect();
+            let (mut f, mut a) = (vec![0.0; n], vec![0.0; n]);
+            BatchEvaluator::new(&program).evaluate(&tile, &x, &y, &mut f, &mut a);
+            let mut oracle = tile.evaluator::<f64>();
+            let mut error = tile.evaluator::<Rounded>();
+            for k in 0..n {
+                let point = |v: f32| Rounded::new(Interval::point(f64::from(v)), 0.0);
+                let (ef, ea) = tile.run(&mut error, [point(x[k]), point(y[k])]);
+                let (of, oa) = tile.run(&mut oracle, [f64::from(x[k]), f64::from(y[k])]);
+                assert!(ef.exact.contains(of) || oa == 0.0, "{seed} {ef:?} {of}");
+                let slack = 1e-9;
+                assert!((f64::from(a[k]) - oa).abs() <= ea.error + 1e-15, "tree {seed}: weight {} {oa} {ea:?}", a[k]);
+                if oa >= THRESHOLD {
+                    let off = (f64::from(f[k]) - of).abs();
+                    assert!(off <= ef.error + slack, "tree {seed}: {} {of} {ef:?}", f[k]);
+                    if ef.error.is_finite() {
+                        worst_ratio = worst_ratio.max(off / (ef.error + slack));
+                        widest = widest.max(ef.error);
+                        control += usize::from((f64::from(f[k]) + 0.05 - of).abs() > ef.error);
+                    }
+                }
+            }
+        }
+    }
+    assert!(worst_ratio > 0.005 && widest < 1.0, "{worst_ratio} {widest}");
+    assert!(control > 1000, "a picture 5 cm off must fail: {control}");
+}
+
+#[test]
+fn interval_duals_enclose_values_and_gradients() {
+    for (seed, program) in programs(20_000, 150) {
+        let mut random = Random(seed);
+        let mut enclosing = Evaluator::<Dual<Interval, 2>>::new(&program);
+        for _ in 0..20 {
+            let a = random.point(HALF);
+            let w = random.range(0.0, 20.0);
+            let x = [Interval::new(a.x, a.x + w), Interval::new(a.y, a.y + w)];
+            let (f, alpha) = enclosing.run(&program, [Dual::variable(x[0], 0), Dual::variable(x[1], 1)]);
+            for _ in 0..10 {
+                let p = (a + DVec2::new(random.range(0.0, w), random.range(0.0, w))).min(a + w);
+                let s = program.sample(p);
+                let slack = |v: f64| Interval::symmetric(1e-9 * (1.0 + v.abs()));
+                assert!((alpha.value + slack(1.0)).contains(s.weight), "tree {seed} at {p}");
+                if s.weight > 1e-6 {
+                    assert!((f.value + slack(s.elevation)).contains(s.elevation), "tree {seed} at {p}: {f:?} {s:?}");
+                    assert!(
+                        (f.slope[0] + slack(s.gradient.x)).contains(s.gradient.x),
+                        "tree {seed} at {p}: {f:?} {s:?}"
+                    );
+                    assert!(
+                        (f.slope[1] + slack(s.gradient.y)).contains(s.gradient.y),
+                        "tree {seed} at {p}: {f:?} {s:?}"
+                    );
+                }
+            }
+        }
+    }
+}
