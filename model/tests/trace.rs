@@ -1,0 +1,132 @@
+//! Marching tracers against the certified one, on random trees and every family of rays.
+
+mod common;
+
+use common::{HALF, Random, random_tree};
+use glam::DVec3;
+use terrain_model::program::Program;
+use terrain_model::trace::certified::{Certified, CertifiedTracer, Effort};
+use terrain_model::trace::{Answer, HeightRay, Ray, RayFunction, Settings, Surface, Tracer};
+
+fn random_ray(random: &mut Random) -> Ray {
+    let o = random.point(1.5 * HALF);
+    let origin = DVec3::new(o.x, o.y, random.range(-50.0, 400.0));
+    let toward = random.point(HALF);
+    let target = DVec3::new(toward.x, toward.y, random.range(-20.0, 80.0));
+    Ray { origin, direction: (target - origin).normalize() }
+}
+
+#[derive(Debug, Default)]
+struct Tally {
+    rays: usize,
+    hits: usize,
+    walls: usize,
+    missed: usize,
+    false_hits: usize,
+    gave_up: usize,
+    undecided: usize,
+    evaluations: u64,
+}
+
+fn compare(
+    tracer: Tracer,
+    program: &Program,
+    surface: &Surface<'_>,
+    random: &mut Random,
+    rays: usize,
+    tally: &mut Tally,
+) {
+    let (settings, effort) = (Settings::default(), Effort::default());
+    let mut field = HeightRay::new(surface);
+    let mut oracle = CertifiedTracer::new(program);
+    for _ in 0..rays {
+        let ray = random_ray(random);
+        field.aim(ray);
+        let answer = tracer.trace(surface, &mut field, &settings);
+        tally.evaluations += field.evaluations();
+        tally.rays += 1;
+        let truth = oracle.trace(&ray, &effort);
+        tally.gave_up += usize::from(matches!(answer, Answer::GaveUp { .. }));
+        match truth {
+            Certified::Hit { t1, .. } | Certified::Wall { t1, .. } => {
+                tally.hits += usize::from(matches!(truth, Certified::Hit { .. }));
+                tally.walls += usize::from(matches!(truth, Certified::Wall { .. }));
+                let missed = answer.distance().is_none_or(|t| t > t1 + effort.bracket);
+                if missed {
+                    tally.missed += 1;
+                    if tally.missed < 4 {
+                        eprintln!("missed: {answer:?} {truth:?} {ray:?}");
+                    }
+                }
+                if let Answer::Hit { t } = answer {
+                    tally.false_hits += usize::from(oracle.above_at(&ray, t, settings.epsilon));
+                }
+            }
+            Certified::Miss => {
+                if answer.distance().is_some() {
+                    tally.false_hits += 1;
+                    eprintln!("false: {answer:?} {ray:?}");
+                }
+            }
+            Certified::Undecided { .. } => {
+                tally.undecided += 1;
+                if tally.undecided < 6 {
+                    eprintln!("undecided {truth:?} {answer:?} {ray:?}");
+                }
+            }
+        }
+    }
+}
+
+fn bounded(seed: u64) -> Option<Program> {
+    let (tree, root) = random_tree(seed);
+    let program = Program::compile(&tree, root).expect("a random tree compiles");
+    // Sphere tracing needs a finite slope and somewhere to look.
+    (Surface::new(&program).global().slope < 100.0).then_some(program)
+}
+
+#[test]
+fn no_tracer_misses_what_is_certified() {
+    for tracer in Tracer::ALL {
+        let mut tally = Tally::default();
+        for (k, program) in (0..40).filter_map(bounded).take(25).enumerate() {
+            let surface = Surface::new(&program);
+            compare(tracer, &program, &surface, &mut Random(k as u64), 60, &mut tally);
+        }
+        eprintln!("{tracer:?} {tally:?}");
+        assert_eq!((tally.missed, tally.false_hits, tally.gave_up), (0, 0, 0), "{tracer:?} {tally:?}");
+        assert!(tally.hits > 100 && tally.walls > 50 && tally.undecided * 100 < tally.rays, "{tracer:?} {tally:?}");
+    }
+}
+
+#[test]
+fn a_bound_that_is_too_small_is_convicted() {
+    let mut tally = Tally::default();
+    for (k, program) in (0..40).filter_map(bounded).take(20).enumerate() {
+        let surface = Surface::new(&program).with_slope_cap(0.02);
+        compare(Tracer::Sphere, &program, &surface, &mut Random(k as u64), 60, &mut tally);
+    }
+    assert!(tally.missed > 0, "{tally:?}");
+}
+
+#[test]
+fn the_certified_answer_is_unaffected_by_bounds() {
+    // The oracle takes the program, never a `Surface`: a control with every bound broken gives the same answers.
+    let program = (0..40).find_map(bounded).expect("a bounded tree");
+    let mut oracle = CertifiedTracer::new(&program);
+    let mut random = Random(3);
+    let rays: Vec<Ray> = (0..50).map(|_| random_ray(&mut random)).collect();
+    let before: Vec<Certified> = rays.iter().map(|ray| oracle.trace(ray, &Effort::default())).collect();
+    let broken = Surface::new(&program).with_slope_cap(0.0);
+    assert_eq!(broken.global().slope, 0.0);
+    let mut field = HeightRay::new(&broken);
+    let mut wrong = 0;
+    for (ray, truth) in rays.iter().zip(&before) {
+        field.aim(*ray);
+        let answer = Tracer::Accelerated.trace(&broken, &mut field, &Settings::default());
+        wrong +=
+            usize::from(answer.distance().is_some() != matches!(truth, Certified::Hit { .. } | Certified::Wall { .. }));
+        assert_eq!(oracle.trace(ray, &Effort::default()), *truth);
+    }
+    assert!(wrong > 0, "a slope bound of 0 must mislead the tracer that uses it");
+}
