@@ -1,0 +1,6 @@
+//! Génevaux et al. 2015: one module per table, figure or claim.
+
+use crate::experiment::Experiment;
+
+/// This paper's experiments, in the order of the report.
+pub const EXPERIMENTS: &[&Experiment] = &[];
