@@ -151,11 +151,12 @@ impl Context {
     /// # Errors
     /// When `rgb` is not `3 · width · height` long, or the disk refuses.
     pub fn write_png(&self, name: &str, width: u32, height: u32, rgb: &[u8]) -> Result<PngFile, ExperimentError> {
-        let image = image::RgbImage::from_raw(width, height, rgb.to_vec())
-            .filter(|image| image.len() == rgb.len())
-            .ok_or_else(|| {
-                ExperimentError::failed(format!("{name}: {} bytes are no {width} × {height} RGB", rgb.len()))
-            })?;
+        let pixels = u64::from(width) * u64::from(height);
+        let image =
+            (rgb.len() as u64 == 3 * pixels).then(|| image::RgbImage::from_raw(width, height, rgb.to_vec())).flatten();
+        let image = image.ok_or_else(|| {
+            ExperimentError::failed(format!("{name}: {} bytes are no {width} × {height} RGB", rgb.len()))
+        })?;
         let file = format!("{name}.png");
         let mut bytes = std::io::Cursor::new(Vec::new());
         image.write_to(&mut bytes, image::ImageFormat::Png).map_err(ExperimentError::failed)?;
