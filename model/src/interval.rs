@@ -1,0 +1,349 @@
+//! Closed intervals of reals with outward rounding: each operation rounds to nearest and then goes one ulp outward, so
+//! the exact result of + − × ÷ √ over the operands always lies inside. Portable, no rounding modes.
+
+use crate::real::{Mask, Real};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A closed interval [lo, hi]; ±∞ ends are allowed, NaN ends are not: an operation that would give one gives the whole
+/// line.
+#[derive(Clone, Copy, PartialEq)]
+pub struct Interval {
+    lo: f64,
+    hi: f64,
+}
+
+impl std::fmt::Debug for Interval {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(out, "[{}, {}]", self.lo, self.hi)
+    }
+}
+
+impl Interval {
+    /// The whole line.
+    pub const ENTIRE: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+    /// The point 0.
+    pub const ZERO: Interval = Interval { lo: 0.0, hi: 0.0 };
+    /// [0, 1].
+    pub const UNIT: Interval = Interval { lo: 0.0, hi: 1.0 };
+
+    /// [lo, hi]; the whole line when an end is NaN. The ends may come in any order.
+    #[inline]
+    pub fn new(lo: f64, hi: f64) -> Interval {
+        if lo <= hi {
+            Interval { lo, hi }
+        } else if hi <= lo {
+            Interval { lo: hi, hi: lo }
+        } else {
+            Interval::ENTIRE
+        }
+    }
+    /// The interval that holds `x` alone.
+    #[inline]
+    pub fn point(x: f64) -> Interval {
+        Interval::new(x, x)
+    }
+    /// [−r, r].
+    #[inline]
+    pub fn symmetric(r: f64) -> Interval {
+        Interval::new(-r, r)
+    }
+    /// The lower end.
+    #[inline(always)]
+    pub fn lo(self) -> f64 {
+        self.lo
+    }
+    /// The upper end.
+    #[inline(always)]
+    pub fn hi(self) -> f64 {
+        self.hi
+    }
+    /// Largest absolute value.
+    #[inline]
+    pub fn magnitude(self) -> f64 {
+        self.lo.abs().max(self.hi.abs())
+    }
+    /// Smallest absolute value.
+    #[inline]
+    pub fn mignitude(self) -> f64 {
+        if self.contains(0.0) { 0.0 } else { self.lo.abs().min(self.hi.abs()) }
+    }
+    /// hi − lo, rounded up.
+    #[inline]
+    pub fn width(self) -> f64 {
+        if self.lo == self.hi { 0.0 } else { (self.hi - self.lo).next_up() }
+    }
+    /// A point inside, near the middle; finite when an end is.
+    #[inline]
+    pub fn middle(self) -> f64 {
+        if self.lo == f64::NEG_INFINITY || self.hi == f64::INFINITY {
+            return if self.lo > f64::NEG_INFINITY {
+                self.lo
+            } else if self.hi < f64::INFINITY {
+                self.hi
+            } else {
+                0.0
+            };
+        }
+        (self.lo + 0.5 * (self.hi - self.lo)).clamp(self.lo, self.hi)
+    }
+    /// Does `x` lie inside?
+    #[inline]
+    pub fn contains(self, x: f64) -> bool {
+        self.lo <= x && x <= self.hi
+    }
+    /// Does `other` lie inside?
+    #[inline]
+    pub fn encloses(self, other: Interval) -> bool {
+        self.lo <= other.lo && other.hi <= self.hi
+    }
+    /// The smallest interval that holds both.
+    #[inline]
+    pub fn hull(self, other: Interval) -> Interval {
+        Interval { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+    /// The intersection. Two enclosures of one value always meet; where rounding of the caller made them miss, `self`.
+    #[inline]
+    pub fn meet(self, other: Interval) -> Interval {
+        let (lo, hi) = (self.lo.max(other.lo), self.hi.min(other.hi));
+        if lo <= hi { Interval { lo, hi } } else { self }
+    }
+    /// An enclosure of `1 / self`; the whole line when 0 lies inside.
+    #[inline]
+    pub fn recip(self) -> Interval {
+        if self.lo > 0.0 || self.hi < 0.0 { Interval::outward(1.0 / self.hi, 1.0 / self.lo) } else { Interval::ENTIRE }
+    }
+    #[inline(always)]
+    fn outward(lo: f64, hi: f64) -> Interval {
+        if lo <= hi { Interval { lo: lo.next_down(), hi: hi.next_up() } } else { Interval::ENTIRE }
+    }
+}
+
+impl Add for Interval {
+    type Output = Interval;
+    #[inline(always)]
+    fn add(self, o: Interval) -> Interval {
+        Interval::outward(self.lo + o.lo, self.hi + o.hi)
+    }
+}
+impl Sub for Interval {
+    type Output = Interval;
+    #[inline(always)]
+    fn sub(self, o: Interval) -> Interval {
+        Interval::outward(self.lo - o.hi, self.hi - o.lo)
+    }
+}
+impl Neg for Interval {
+    type Output = Interval;
+    #[inline(always)]
+    fn neg(self) -> Interval {
+        Interval { lo: -self.hi, hi: -self.lo }
+    }
+}
+impl Mul for Interval {
+    type Output = Interval;
+    #[inline(always)]
+    fn mul(self, o: Interval) -> Interval {
+        // Zero times anything is zero, also times an infinite end.
+        if (self.lo == 0.0 && self.hi == 0.0) || (o.lo == 0.0 && o.hi == 0.0) {
+            return Interval::ZERO;
+        }
+        let (a, b, c, d) = (self.lo * o.lo, self.lo * o.hi, self.hi * o.lo, self.hi * o.hi);
+        // A NaN here is 0·∞; `f64::min` would drop it, so it is looked for.
+        if (a + b + c + d).is_nan() && (a.is_nan() || b.is_nan() || c.is_nan() || d.is_nan()) {
+            return Interval::ENTIRE;
+        }
+        Interval::outward(a.min(b).min(c.min(d)), a.max(b).max(c.max(d)))
+    }
+}
+impl Div for Interval {
+    type Output = Interval;
+    #[inline(always)]
+    fn div(self, o: Interval) -> Interval {
+        if o.lo > 0.0 || o.hi < 0.0 {
+            let (a, b, c, d) = (self.lo / o.lo, self.lo / o.hi, self.hi / o.lo, self.hi / o.hi);
+            if a.is_nan() || b.is_nan() || c.is_nan() || d.is_nan() {
+                return Interval::ENTIRE;
+            }
+            Interval::outward(a.min(b).min(c.min(d)), a.max(b).max(c.max(d)))
+        } else {
+            Interval::ENTIRE
+        }
+    }
+}
+
+/// The answer of a comparison of intervals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tri {
+    /// Holds for no pair of reals.
+    No,
+    /// Holds for some and fails for some, as far as the ends tell.
+    Maybe,
+    /// Holds for all pairs.
+    Yes,
+}
+
+impl Mask for Tri {
+    fn and(self, other: Tri) -> Tri {
+        match (self, other) {
+            (Tri::No, _) | (_, Tri::No) => Tri::No,
+            (Tri::Yes, Tri::Yes) => Tri::Yes,
+            _ => Tri::Maybe,
+        }
+    }
+    fn or(self, other: Tri) -> Tri {
+        self.not().and(other.not()).not()
+    }
+    fn not(self) -> Tri {
+        match self {
+            Tri::No => Tri::Yes,
+            Tri::Maybe => Tri::Maybe,
+            Tri::Yes => Tri::No,
+        }
+    }
+    fn may_hold(self) -> bool {
+        self != Tri::No
+    }
+    fn must_hold(self) -> bool {
+        self == Tri::Yes
+    }
+}
+
+impl Real for Interval {
+    type Mask = Tri;
+    #[inline(always)]
+    fn constant(value: f64) -> Interval {
+        Interval { lo: value, hi: value }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Interval {
+        let (lo, hi) = (self.lo.max(0.0), self.hi.max(0.0));
+        Interval { lo: lo.sqrt().next_down().max(0.0), hi: hi.sqrt().next_up() }
+    }
+    #[inline(always)]
+    fn abs(self) -> Interval {
+        if self.lo >= 0.0 {
+            self
+        } else if self.hi <= 0.0 {
+            -self
+        } else {
+            Interval { lo: 0.0, hi: self.hi.max(-self.lo) }
+        }
+    }
+    #[inline(always)]
+    fn square(self) -> Interval {
+        let a = self.abs();
+        Interval { lo: (a.lo * a.lo).next_down().max(0.0), hi: (a.hi * a.hi).next_up() }
+    }
+    #[inline(always)]
+    fn min(self, o: Interval) -> Interval {
+        Interval { lo: self.lo.min(o.lo), hi: self.hi.min(o.hi) }
+    }
+    #[inline(always)]
+    fn max(self, o: Interval) -> Interval {
+        Interval { lo: self.lo.max(o.lo), hi: self.hi.max(o.hi) }
+    }
+    #[inline(always)]
+    fn less(self, o: Interval) -> Tri {
+        if self.hi < o.lo {
+            Tri::Yes
+        } else if self.lo >= o.hi {
+            Tri::No
+        } else {
+            Tri::Maybe
+        }
+    }
+    #[inline(always)]
+    fn select(mask: Tri, a: Interval, b: Interval) -> Interval {
+        match mask {
+            Tri::Yes => a,
+            Tri::No => b,
+            Tri::Maybe => a.hull(b),
+        }
+    }
+    #[inline(always)]
+    fn length(x: Interval, y: Interval) -> Interval {
+        Real::sqrt(x.square() + y.square())
+    }
+    /// The quotient where the weight is bounded away from 0, met with the hull of the elevations that can carry weight;
+    /// that hull (with 0 where all weights may vanish) elsewhere.
+    fn weighted_mean(parts: &[(Interval, Interval)]) -> (Interval, Interval) {
+        let mut sum = Interval::ZERO;
+        let mut weight = Interval::ZERO;
+        let mut hull: Option<Interval> = None;
+        // Deviations from a reference shrink the dependency between numerator and denominator: Σ α (f − c) / Σ α + c.
+        let reference = parts
+            .iter()
+            .filter(|part| part.1.hi > 0.0)
+            .map(|part| part.0.middle())
+            .find(|c| c.is_finite())
+            .unwrap_or(0.0);
+        let c = Interval::point(reference);
+        for &(elevation, part_weight) in parts {
+            let part_weight = Interval { lo: part_weight.lo.max(0.0), hi: part_weight.hi.max(0.0) };
+            weight = Interval { lo: (weight.lo + part_weight.lo).next_down().max(0.0), hi: weight.hi + part_weight.hi };
+            if part_weight.hi > 0.0 {
+                weight.hi = weight.hi.next_up();
+                sum = sum + part_weight * (elevation - c);
+                hull = Some(hull.map_or(elevation, |h| h.hull(elevation)));
+            }
+        }
+        let Some(hull) = hull else { return (Interval::ZERO, Interval::ZERO) };
+        if weight.lo > 0.0 { ((sum / weight + c).meet(hull), weight) } else { (hull.hull(Interval::ZERO), weight) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn inside(x: Interval, t: f64) -> f64 {
+        (x.lo + t * (x.hi - x.lo)).clamp(x.lo, x.hi)
+    }
+
+    proptest! {
+        #[test]
+        fn operations_enclose_the_results_of_members(
+            a in -1e6f64..1e6, w in 0.0f64..1e3, b in -1e6f64..1e6, v in 0.0f64..1e3, s in 0.0f64..=1.0, t in 0.0f64..=1.0,
+        ) {
+            let (x, y) = (Interval::new(a, a + w), Interval::new(b, b + v));
+            let (p, q) = (inside(x, s), inside(y, t));
+            prop_assert!((x + y).contains(p + q));
+            prop_assert!((x - y).contains(p - q));
+            prop_assert!((x * y).contains(p * q));
+            prop_assert!((x / y).contains(p / q));
+            prop_assert!(x.square().contains(p * p));
+            prop_assert!(Real::abs(x).contains(p.abs()));
+            prop_assert!(Real::sqrt(Real::abs(x)).contains(p.abs().sqrt()));
+            prop_assert!(Real::min(x, y).contains(p.min(q)));
+            prop_assert!(Interval::length(x, y).contains((p * p + q * q).sqrt()));
+            let smaller = if p < q { p } else { q };
+            prop_assert!(Interval::select(x.less(y), x, y).contains(smaller));
+        }
+    }
+
+    #[test]
+    fn a_nan_end_makes_the_whole_line() {
+        assert_eq!(Interval::new(f64::NAN, 1.0), Interval::ENTIRE);
+        let infinite = Interval::new(1.0, f64::INFINITY);
+        assert_eq!(infinite - infinite, Interval::ENTIRE);
+        assert_eq!(Interval::new(-1.0, 1.0) / Interval::new(-1.0, 1.0), Interval::ENTIRE);
+        assert_eq!(Interval::new(0.0, 1.0) * Interval::ENTIRE, Interval::ENTIRE);
+        assert_eq!(Interval::ZERO * Interval::ENTIRE, Interval::ZERO);
+    }
+
+    #[test]
+    fn a_weighted_mean_stays_between_its_operands() {
+        let parts =
+            [(Interval::new(1.0, 2.0), Interval::new(0.2, 0.9)), (Interval::new(3.0, 4.0), Interval::new(0.0, 0.5))];
+        let (mean, weight) = Interval::weighted_mean(&parts);
+        assert!(mean.lo() >= 1.0 && mean.hi() <= 4.0, "{mean:?}");
+        assert!(weight.contains(0.2) && weight.contains(1.4));
+        for i in 0..=10 {
+            for j in 0..=10 {
+                let (a, b) = (0.2 + 0.07 * f64::from(i), 0.05 * f64::from(j));
+                assert!(mean.contains((a * 1.5 + b * 3.5) / (a + b)));
+            }
+        }
+    }
+}
