@@ -53,8 +53,14 @@ impl Tolerance {
 
     fn words(&self) -> (String, String) {
         let show = |value| super::number::readable(value, 2);
+        // Two digits of a ratio next to 1 say nothing: show its distance from 1.
+        let ratio = |value: f64| match value - 1.0 {
+            d if d == 0.0 || d.abs() >= 0.05 => show(value),
+            d if d > 0.0 => format!("(1 + {})", show(d)),
+            d => format!("(1 − {})", show(-d)),
+        };
         match self {
-            Self::Ratio { low, high, source } => (format!("×{} to ×{}", show(*low), show(*high)), source.clone()),
+            Self::Ratio { low, high, source } => (format!("×{} to ×{}", ratio(*low), ratio(*high)), source.clone()),
             Self::Absolute { difference, source } => (format!("±{}", show(*difference)), source.clone()),
             Self::ShownOnly(why) => ("shown only".into(), why.clone()),
         }
@@ -191,7 +197,7 @@ impl Comparison {
                 Err(why) => Cell::missing(why.as_str()),
             };
             let ratio = match (&row.paper, &row.ours) {
-                (Ok(paper), Ok(ours)) if *paper != 0.0 => Cell::number(ours / paper, "", 3),
+                (Ok(paper), Ok(ours)) if *paper != 0.0 => Cell::number(ours / paper, "", row.digits),
                 (Ok(_), Ok(_)) => Cell::missing("the paper's value is 0"),
                 _ => Cell::missing("one value is absent"),
             };

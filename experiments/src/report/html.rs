@@ -108,15 +108,16 @@ fn summary(report: &Report) -> Markup {
 fn experiment(record: &Record, sources: Option<&str>) -> Markup {
     let (experiment, outcome) = (record.experiment, &record.outcome);
     let why = record.why();
+    let (test_file, test_name) = experiment.test.split_once("::").unwrap_or((experiment.test, experiment.test));
     html! {
         section.experiment id=(experiment.id) {
             h3 { a.anchor href={ "#" (experiment.id) } { (experiment.title) } " " (badge(record.verdict().word())) }
             dl.places {
-                div { dt { "Id" } dd { code { (experiment.id) } } }
-                div { dt { "Paper" } dd { (experiment.section) } }
-                div { dt { "Code" } dd { (source(experiment.code, sources)) } }
-                div { dt { "Test" } dd { (source(experiment.test, sources)) } }
-                div { dt { "Files" } dd { a href={ (record.folder(false)) "/" } { code { (record.folder(false)) "/" } } } }
+                dt { "Id" } dd { code { (experiment.id) } }
+                dt { "Paper" } dd { (experiment.section) }
+                dt { "Code" } dd { (source(experiment.code, experiment.code, sources)) }
+                dt { "Test" } dd { (source(test_file, test_name, sources)) }
+                dt { "Files" } dd { a href={ (record.folder(false)) "/" } { code { (record.folder(false)) "/" } } }
             }
             p.about { (experiment.about) }
             @if !why.is_empty() { p.why { (why) } }
@@ -135,15 +136,13 @@ fn experiment(record: &Record, sources: Option<&str>) -> Markup {
     }
 }
 
-/// A path in the repository, with what follows `::` as plain text.
-fn source(place: &str, sources: Option<&str>) -> Markup {
-    let (file, name) = place.split_once("::").unwrap_or((place, ""));
+/// A file of the repository under a name.
+fn source(file: &str, name: &str, sources: Option<&str>) -> Markup {
     html! {
         @match sources {
-            Some(root) => { a href={ (root) (file) } { code { (file) } } }
-            None => { code { (file) } }
+            Some(root) => { a href={ (root) (file) } title=(file) { code { (name) } } }
+            None => { code title=(file) { (name) } }
         }
-        @if !name.is_empty() { " " code.quiet { (name) } }
     }
 }
 

@@ -5,7 +5,7 @@ pub(crate) fn exact(value: f64) -> String {
     if value == value.trunc() && value.abs() < 1e15 { format!("{:.0}", value + 0.0) } else { format!("{value:?}") }
 }
 
-/// `digits` significant digits, thousands apart by thin spaces; whole digits are never cut. Very large and very small numbers are
+/// `digits` significant digits or fewer where fewer are exact, thousands apart by thin spaces; whole digits are never cut. Very large and very small numbers are
 /// written with a power of ten.
 pub(crate) fn readable(value: f64, digits: u8) -> String {
     if value == 0.0 {
@@ -18,7 +18,10 @@ pub(crate) fn readable(value: f64, digits: u8) -> String {
     if !(-4..15).contains(&exponent) {
         return format!("{}×10{}", mantissa.replace('-', "−"), superscript(exponent));
     }
-    let decimals = usize::try_from(i32::from(digits.max(1)) - 1 - exponent).unwrap_or(0);
+    let mut decimals = usize::try_from(i32::from(digits.max(1)) - 1 - exponent).unwrap_or(0);
+    while decimals > 0 && format!("{value:.*}", decimals - 1).parse() == Ok(value) {
+        decimals -= 1;
+    }
     let plain = format!("{:.decimals$}", value.abs());
     let (whole, fraction) = plain.split_once('.').map_or((plain.as_str(), None), |(w, f)| (w, Some(f)));
     let mut text = if value < 0.0 { "−".to_owned() } else { String::new() };
@@ -96,7 +99,9 @@ mod tests {
             (0.32967, 2, "0.33"),
             (60_000_000.0, 3, "60\u{2009}000\u{2009}000"),
             (1234.5, 2, "1234"),
-            (-0.5, 2, "−0.50"),
+            (-0.5, 2, "−0.5"),
+            (64.9123, 4, "64.91"),
+            (1000.0, 4, "1000"),
             (9.999, 2, "10"),
             (3.2e-9, 2, "3.2×10⁻⁹"),
             (0.0, 5, "0"),

@@ -41,11 +41,11 @@ impl Cell {
         Self::Missing(why.into())
     }
 
-    /// The cell as people read it.
-    pub(crate) fn readable(&self) -> String {
+    /// The cell as people read it; the unit is left out where the head of the column has it.
+    pub(crate) fn readable(&self, with_unit: bool) -> String {
         match self {
             Self::Text(text) => text.clone(),
-            Self::Number { value, unit: "", digits } => number::readable(*value, *digits),
+            Self::Number { value, unit, digits } if unit.is_empty() || !with_unit => number::readable(*value, *digits),
             Self::Number { value, unit, digits } => format!("{}\u{a0}{unit}", number::readable(*value, *digits)),
             Self::Missing(why) => why.clone(),
             Self::Verdict(verdict) => verdict.word().into(),
@@ -57,7 +57,7 @@ impl Cell {
         match self {
             Self::Number { value, .. } => number::exact(*value),
             Self::Missing(why) => format!("absent: {why}"),
-            other => other.readable(),
+            other => other.readable(true),
         }
     }
 
@@ -197,9 +197,7 @@ impl Table {
         let rows: Vec<&Row> = self.rows.iter().filter(|row| keep_row(row)).collect();
         let mut fields: Vec<Vec<String>> = vec![Vec::new(); rows.len() + 1];
         for (i, column) in self.columns.iter().enumerate().filter(|(_, column)| keep_column(column)) {
-            let mut units: Vec<&str> = rows.iter().filter_map(|row| row.cells[i].unit()).collect();
-            units.sort_unstable();
-            units.dedup();
+            let units = units(rows.iter().map(|row| &row.cells[i]));
             // A column of one unit carries it in its title; a mixed column is followed by a column of units.
             match units[..] {
                 [] | [""] => fields[0].push(column.title.clone()),
@@ -216,6 +214,14 @@ impl Table {
         fields.iter().map(|line| csv::line(line)).collect()
     }
 
+    /// The one unit of a column, when all of its numbers share it.
+    pub(crate) fn shared_unit(&self, column: usize) -> Option<&'static str> {
+        match units(self.rows.iter().map(|row| &row.cells[column]))[..] {
+            [unit] if !unit.is_empty() => Some(unit),
+            _ => None,
+        }
+    }
+
     pub(crate) fn json(&self) -> Value {
         json!({
             "name": self.name,
@@ -226,6 +232,14 @@ impl Table {
             "rows": self.rows.iter().map(|row| row.cells.iter().map(Cell::json).collect()).collect::<Vec<Value>>(),
         })
     }
+}
+
+/// The different units of some cells.
+fn units<'a>(cells: impl Iterator<Item = &'a Cell>) -> Vec<&'static str> {
+    let mut units: Vec<&str> = cells.filter_map(Cell::unit).collect();
+    units.sort_unstable();
+    units.dedup();
+    units
 }
 
 #[cfg(test)]

@@ -12,6 +12,9 @@ pub(super) fn badge(word: &str) -> Markup {
 
 pub(super) fn table(record: &Record, table: &Table) -> Markup {
     let shown = |column: &Column| column.title != PAPER_HARDWARE && column.title != OUR_HARDWARE;
+    let units: Vec<Option<&str>> = (0..table.columns.len()).map(|i| table.shared_unit(i)).collect();
+    let marked =
+        table.columns.iter().any(|column| shown(column) && column.machine) || table.rows.iter().any(|row| row.machine);
     let numeric: Vec<bool> = (0..table.columns.len())
         .map(|i| table.rows.iter().any(|row| matches!(row.cells[i], Cell::Number { .. })))
         .collect();
@@ -28,9 +31,10 @@ pub(super) fn table(record: &Record, table: &Table) -> Markup {
             }
             div.scroll { table {
                 thead { tr {
-                    @for (column, numeric) in table.columns.iter().zip(&numeric).filter(|(column, _)| shown(column)) {
-                        th.number[*numeric] {
+                    @for (i, column) in table.columns.iter().enumerate().filter(|(_, column)| shown(column)) {
+                        th.number[numeric[i]] {
                             (column.title)
+                            @if let Some(unit) = units[i] { " (" (unit) ")" }
                             @if column.machine { span.machine title="depends on the machine" { " †" } }
                             @if !column.note.is_empty() { span.note { (column.note) } }
                         }
@@ -40,23 +44,23 @@ pub(super) fn table(record: &Record, table: &Table) -> Markup {
                     @for row in &table.rows {
                         tr.machine-row[row.machine] {
                             @for (i, value) in row.cells.iter().enumerate().filter(|(i, _)| shown(&table.columns[*i])) {
-                                (cell(value, row.machine && i == 0))
+                                (cell(value, units[i].is_none(), row.machine && i == 0))
                             }
                         }
                     }
                 }
             } }
-            @if table.depends_on_machine() { p.footnote { "† depends on the machine" } }
+            @if marked { p.footnote { "† depends on the machine" } }
         }
     }
 }
 
-fn cell(cell: &Cell, mark: bool) -> Markup {
+fn cell(cell: &Cell, with_unit: bool, mark: bool) -> Markup {
     html! {
         @match cell {
             Cell::Verdict(verdict) => { td { (badge(verdict.word())) } }
             Cell::Missing(why) => { td.missing { (why) } }
-            Cell::Number { .. } => { td.number { (cell.readable()) } }
+            Cell::Number { .. } => { td.number { (cell.readable(with_unit)) } }
             Cell::Text(text) => { td { (text) @if mark { span.machine { " †" } } } }
         }
     }

@@ -8,7 +8,10 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::ops::Range;
 
-const SIZE: (u32, u32) = (720, 420);
+/// Size of the drawing in pixels.
+const SIZE: (u32, u32) = (600, 372);
+/// plotters rounds places to whole pixels: we draw this many times larger and let the view box shrink it.
+const FINE: i32 = 8;
 const INK: RGBColor = RGBColor(0x22, 0x26, 0x2A);
 const RULE: RGBColor = RGBColor(0xDD, 0xDF, 0xE1);
 const SERIES: [RGBColor; 6] = [
@@ -20,7 +23,9 @@ const SERIES: [RGBColor; 6] = [
     RGBColor(0x5C, 0x66, 0x70),
 ];
 const FONT: &str = "sans-serif";
-const LEGEND_HEIGHT: i32 = 34;
+/// plotters divides font sizes by this.
+const POINT: f64 = 1.24;
+const LEGEND_HEIGHT: i32 = 36 * FINE;
 /// Share of a category's width that its bars fill.
 const BAR_FILL: f64 = 0.7;
 
@@ -28,11 +33,12 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 pub(super) fn svg(plot: &Plot) -> Result<String, String> {
     let mut text = String::new();
+    let fine = (SIZE.0 * FINE.unsigned_abs(), SIZE.1 * FINE.unsigned_abs());
     {
-        let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        let root = SVGBackend::with_string(&mut text, fine).into_drawing_area();
         root.fill(&WHITE).map_err(|error| error.to_string())?;
         legend(plot, &root)?;
-        let below = root.margin(LEGEND_HEIGHT, 8, 8, 20);
+        let below = root.margin(LEGEND_HEIGHT, 4 * FINE, 4 * FINE, 18 * FINE);
         let (x, y) = (x_range(plot), y_range(plot));
         match (plot.x.scale, plot.y.scale) {
             (Scale::Linear, Scale::Linear) => chart(plot, &below, x, y.clone(), y.start),
@@ -42,7 +48,16 @@ pub(super) fn svg(plot: &Plot) -> Result<String, String> {
         }?;
         root.present().map_err(|error| error.to_string())?;
     }
-    Ok(text)
+    let shown = |(width, height): (u32, u32)| format!("<svg width=\"{width}\" height=\"{height}\" ");
+    Ok(text.replacen(&shown(fine), &shown(SIZE), 1))
+}
+
+fn font(pixels: u32) -> TextStyle<'static> {
+    (FONT, f64::from(pixels) * POINT * f64::from(FINE)).into_font().color(&INK)
+}
+
+fn stroke(color: RGBColor, pixels: u32) -> ShapeStyle {
+    color.stroke_width(pixels * FINE.unsigned_abs())
 }
 
 fn color(index: usize, series: &Series) -> RGBColor {
@@ -50,25 +65,27 @@ fn color(index: usize, series: &Series) -> RGBColor {
 }
 
 fn legend(plot: &Plot, root: &Area) -> Result<(), String> {
-    let style = (FONT, 14).into_font().color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
-    let mut x = 72;
+    let style = font(14).pos(Pos::new(HPos::Left, VPos::Center));
+    let mut x = 64 * FINE;
+    let y = 16 * FINE;
     for (i, series) in plot.series.iter().enumerate() {
         let color = color(i, series);
-        let sample = |from: i32, to: i32| PathElement::new([(x + from, 17), (x + to, 17)], color.stroke_width(2));
+        let line = |from: i32, to: i32| PathElement::new([(x + from * FINE, y), (x + to * FINE, y)], stroke(color, 2));
+        let dot = |at: i32| Circle::new((x + at * FINE, y), 4 * FINE, color.filled());
+        let bar = || Rectangle::new([(x + 4 * FINE, y - 6 * FINE), (x + 16 * FINE, y + 6 * FINE)], color.filled());
         let drawn = match series.style {
-            _ if !plot.categories.is_empty() => root.draw(&Rectangle::new([(x + 8, 11), (x + 22, 23)], color.filled())),
-            Style::Points => root.draw(&Circle::new((x + 14, 17), 4, color.filled())),
-            Style::Dashed => root.draw(&sample(0, 8)).and_then(|()| root.draw(&sample(14, 22))),
-            Style::Line => root.draw(&sample(0, 22)),
-            Style::LineAndPoints => {
-                root.draw(&sample(0, 22)).and_then(|()| root.draw(&Circle::new((x + 11, 17), 4, color.filled())))
-            }
+            _ if !plot.categories.is_empty() => root.draw(&bar()),
+            Style::Points => root.draw(&dot(11)),
+            Style::Dashed => root.draw(&line(0, 9)).and_then(|()| root.draw(&line(14, 23))),
+            Style::Line => root.draw(&line(0, 22)),
+            Style::LineAndPoints => root.draw(&line(0, 22)).and_then(|()| root.draw(&dot(11))),
         };
         drawn
-            .and_then(|()| root.draw(&Text::new(series.label.clone(), (x + 30, 17), style.clone())))
+            .and_then(|()| root.draw(&Text::new(series.label.clone(), (x + 29 * FINE, y), style.clone())))
             .map_err(|error| error.to_string())?;
-        // A generous guess at the width: 7.6 pixels per character at this size.
-        x += 30 + 24 + i32::try_from(series.label.chars().count()).unwrap_or(40) * 38 / 5;
+        // A guess at the width: 7.5 pixels per character at this size.
+        let characters = i32::try_from(series.label.chars().count()).unwrap_or(40);
+        x += (29 + 22) * FINE + characters * FINE * 15 / 2;
     }
     Ok(())
 }
@@ -82,18 +99,19 @@ where
 {
     let bars = !plot.categories.is_empty();
     let mut chart = ChartBuilder::on(area)
-        .x_label_area_size(48)
-        .y_label_area_size(66)
+        .x_label_area_size(50 * FINE)
+        .y_label_area_size(66 * FINE)
         .build_cartesian_2d(x, y)
         .map_err(|error| error.to_string())?;
     let mut mesh = chart.configure_mesh();
-    mesh.axis_style(INK)
-        .bold_line_style(RULE)
+    mesh.axis_style(stroke(INK, 1))
+        .bold_line_style(stroke(RULE, 1))
         .light_line_style(TRANSPARENT)
-        .label_style((FONT, 13).into_font().color(&INK))
-        .axis_desc_style((FONT, 14).into_font().color(&INK))
+        .label_style(font(13))
+        .axis_desc_style(font(14))
         .x_desc(plot.x.label.as_str())
         .y_desc(plot.y.label.as_str())
+        .set_all_tick_mark_size(4 * FINE)
         .x_labels(8)
         .y_labels(7)
         .y_label_formatter(&|value| tick(*value));
@@ -106,8 +124,8 @@ where
 
     for (i, series) in plot.series.iter().enumerate() {
         let color = color(i, series);
-        let line = || LineSeries::new(series.points.iter().copied(), color.stroke_width(2));
-        let dots = || series.points.iter().map(move |&point| Circle::new(point, 3, color.filled()));
+        let line = || LineSeries::new(series.points.iter().copied(), stroke(color, 2));
+        let dots = || series.points.iter().map(move |&point| Circle::new(point, 3 * FINE, color.filled()));
         let drawn = match series.style {
             _ if bars => {
                 let width = BAR_FILL / plot.series.len() as f64;
@@ -124,18 +142,18 @@ where
                 chart.draw_series(dots()).map(drop)
             }
             Style::Dashed => chart
-                .draw_series(DashedLineSeries::new(series.points.iter().copied(), 8, 6, color.stroke_width(2)))
+                .draw_series(DashedLineSeries::new(series.points.iter().copied(), 8 * FINE, 6 * FINE, stroke(color, 2)))
                 .map(drop),
         };
         drawn.map_err(|error| error.to_string())?;
     }
     let area = chart.plotting_area();
-    let style = (FONT, 13).into_font().color(&INK).pos(Pos::new(HPos::Center, VPos::Top));
+    let style = font(13).pos(Pos::new(HPos::Center, VPos::Top));
     let root = area.strip_coord_spec();
     let (left, top) = root.get_base_pixel();
     for (i, category) in plot.categories.iter().enumerate() {
         let (x, y) = area.map_coordinate(&(i as f64, floor));
-        let place = (x - left, y - top + 8);
+        let place = (x - left, y - top + 8 * FINE);
         root.draw(&Text::new(category.clone(), place, style.clone())).map_err(|error| error.to_string())?;
     }
     Ok(())
