@@ -85,7 +85,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     let start = Instant::now();
     let boxes = ctx.profile.pick(1 << 14, 1 << 18);
     let unit = (ctx.seed_for("radius") >> 11) as f64 / (1u64 << 53) as f64;
-    let radii = [0.5, 1.0, 7.0, 1000.0, 1.0 + 99.0 * unit];
+    let radii = [0.25, 1.0, 7.0, 1000.0, 1.0 + 99.0 * unit];
 
     let mut table = Table::new("bracket", "sup |g′| between samples and certificate")
         .column("radius")
@@ -213,11 +213,11 @@ fn claims(outcome: &mut Outcome, one: &Bracket) -> Result<(), ExperimentError> {
             ClaimVerdict::Refuted,
             "enclosures of g′ over the same boxes",
         )
-        .witness(format!("no enclosure of g′ exceeds {:.0e}, and |g′| reaches {:.4}", one.largest_signed, one.sampled))
+        .witness(format!("g′ nowhere exceeds {:.0e}, and |g′| reaches {:.4}", one.largest_signed, one.sampled))
         .corrected("The bound is the maximum of |g′|; g′ ≤ 0, and r/√5 is where it is least."),
     )?;
     // The printed cube without the condition |x| < r, at x = −2r.
-    let printed = 1.0 - 4.0;
+    let printed: f64 = 1.0 - 4.0;
     outcome.claim(
         Claim::new(
             "G28",
@@ -225,7 +225,7 @@ fn claims(outcome: &mut Outcome, one: &Bracket) -> Result<(), ExperimentError> {
             ClaimVerdict::Refuted,
             "evaluated here",
         )
-        .witness(format!("x = −2r: printed {}, ours {}", printed * printed * printed, wyvill(4.0)))
+        .witness(format!("x = −2r: printed −{}, ours {}", -(printed * printed * printed), wyvill(4.0)))
         .corrected("The condition is |x| < r."),
     )?;
     Ok(())

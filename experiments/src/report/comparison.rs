@@ -52,7 +52,7 @@ impl Tolerance {
     }
 
     fn words(&self) -> (String, String) {
-        let show = |value| super::number::readable(value, 2);
+        let show = super::number::short;
         // Two digits of a ratio next to 1 say nothing: show its distance from 1.
         let ratio = |value: f64| match value - 1.0 {
             d if d == 0.0 || d.abs() >= 0.05 => show(value),
@@ -113,7 +113,7 @@ impl Compared {
         self
     }
 
-    /// Significant digits shown; 3 unless said.
+    /// Significant digits shown; 3 unless said, 0 for as many as there are.
     pub const fn digits(mut self, digits: u8) -> Self {
         self.digits = digits;
         self
@@ -191,13 +191,16 @@ impl Comparison {
             .column(PAPER_HARDWARE)
             .machine_column(OUR_HARDWARE);
         for row in self.rows {
-            let (tolerance, source) = row.tolerance.words();
+            let (tolerance, source) = match &row.ours {
+                Ok(_) => row.tolerance.words(),
+                Err(_) => ("not measured".into(), String::new()),
+            };
             let value = |value: &Result<f64, String>| match value {
                 Ok(value) => Cell::number(*value, row.unit, row.digits),
                 Err(why) => Cell::missing(why.as_str()),
             };
             let ratio = match (&row.paper, &row.ours) {
-                (Ok(paper), Ok(ours)) if *paper != 0.0 => Cell::number(ours / paper, "", row.digits),
+                (Ok(paper), Ok(ours)) if *paper != 0.0 => Cell::number(ours / paper, "", row.digits.max(3)),
                 (Ok(_), Ok(_)) => Cell::missing("the paper's value is 0"),
                 _ => Cell::missing("one value is absent"),
             };

@@ -120,7 +120,7 @@ fn experiment(record: &Record, sources: Option<&str>) -> Markup {
                 dt { "Files" } dd { a href={ (record.folder(false)) "/" } { code { (record.folder(false)) "/" } } }
             }
             p.about { (experiment.about) }
-            @if !why.is_empty() { p.why { (why) } }
+            @if !why.is_empty() { p.why { b { (sentence_case(record.verdict().word())) ". " } (why) } }
             @for one in &outcome.tables { (table(record, one)) }
             (figures(record))
             @if !outcome.claims.is_empty() { h4 { "Claims" } (claim_table(&outcome.claims)) }
@@ -134,6 +134,11 @@ fn experiment(record: &Record, sources: Option<&str>) -> Markup {
             (metrics(outcome))
         }
     }
+}
+
+fn sentence_case(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// A file of the repository under a name.

@@ -5,22 +5,25 @@ pub(crate) fn exact(value: f64) -> String {
     if value == value.trunc() && value.abs() < 1e15 { format!("{:.0}", value + 0.0) } else { format!("{value:?}") }
 }
 
-/// `digits` significant digits or fewer where fewer are exact, thousands apart by thin spaces; whole digits are never cut. Very large and very small numbers are
-/// written with a power of ten.
+/// `digits` significant digits, thousands apart by thin spaces; whole digits are never cut, and whole numbers get no point.
+/// 0 stands for as many digits as the number has. Very large and very small numbers are written with a power of ten.
 pub(crate) fn readable(value: f64, digits: u8) -> String {
+    if digits == 0 {
+        return readable(value, exact_digits(value));
+    }
     if value == 0.0 {
         return "0".into();
     }
-    let rounded = format!("{:.*e}", usize::from(digits.max(1)) - 1, value);
+    let rounded = format!("{:.*e}", usize::from(digits) - 1, value);
     let Some((mantissa, Ok(exponent))) = rounded.split_once('e').map(|(m, e)| (m, e.parse::<i32>())) else {
         return rounded;
     };
     if !(-4..15).contains(&exponent) {
         return format!("{}×10{}", mantissa.replace('-', "−"), superscript(exponent));
     }
-    let mut decimals = usize::try_from(i32::from(digits.max(1)) - 1 - exponent).unwrap_or(0);
-    while decimals > 0 && format!("{value:.*}", decimals - 1).parse() == Ok(value) {
-        decimals -= 1;
+    let mut decimals = usize::try_from(i32::from(digits) - 1 - exponent).unwrap_or(0);
+    if value == value.trunc() {
+        decimals = 0;
     }
     let plain = format!("{:.decimals$}", value.abs());
     let (whole, fraction) = plain.split_once('.').map_or((plain.as_str(), None), |(w, f)| (w, Some(f)));
@@ -36,6 +39,18 @@ pub(crate) fn readable(value: f64, digits: u8) -> String {
         text += fraction;
     }
     text
+}
+
+/// At most two significant digits.
+pub(crate) fn short(value: f64) -> String {
+    readable(value, exact_digits(value).min(2))
+}
+
+/// How many significant digits read back as the same number.
+fn exact_digits(value: f64) -> u8 {
+    let mantissa = format!("{value:e}");
+    let digits = mantissa.split('e').next().unwrap_or_default().bytes().filter(u8::is_ascii_digit).count();
+    u8::try_from(digits).unwrap_or(17)
 }
 
 /// Mantissa with the digits it has, times a power of ten.
@@ -99,7 +114,9 @@ mod tests {
             (0.32967, 2, "0.33"),
             (60_000_000.0, 3, "60\u{2009}000\u{2009}000"),
             (1234.5, 2, "1234"),
-            (-0.5, 2, "−0.5"),
+            (-0.5, 2, "−0.50"),
+            (-0.5, 0, "−0.5"),
+            (1.6, 3, "1.60"),
             (64.9123, 4, "64.91"),
             (1000.0, 4, "1000"),
             (9.999, 2, "10"),

@@ -16,7 +16,7 @@ pub enum Cell {
         value: f64,
         /// Its unit; empty for a bare count or ratio.
         unit: &'static str,
-        /// Significant digits shown to people.
+        /// Significant digits shown to people; 0 for as many as the number has.
         digits: u8,
     },
     /// Not known, and why.
@@ -26,14 +26,14 @@ pub enum Cell {
 }
 
 impl Cell {
-    /// A number with its unit, shown with `digits` significant digits.
+    /// A number with its unit, shown with `digits` significant digits; 0 for as many as it has.
     pub const fn number(value: f64, unit: &'static str, digits: u8) -> Self {
         Self::Number { value, unit, digits }
     }
 
     /// A bare count.
     pub fn count(value: u64) -> Self {
-        Self::Number { value: value as f64, unit: "", digits: 3 }
+        Self::Number { value: value as f64, unit: "", digits: 0 }
     }
 
     /// Not known, and why.

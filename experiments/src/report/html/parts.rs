@@ -5,6 +5,9 @@ use crate::report::outcome::{Claim, Control, Outcome};
 use crate::report::{Cell, Column, Record, Table, number};
 use maud::{Markup, PreEscaped, html};
 
+/// Longer texts may wrap.
+const SHORT: usize = 24;
+
 /// A verdict as a coloured word; the class is the word with hyphens.
 pub(super) fn badge(word: &str) -> Markup {
     html! { span class={ "badge " (word.replace(' ', "-")) } { (word) } }
@@ -26,7 +29,7 @@ pub(super) fn table(record: &Record, table: &Table) -> Markup {
                     a.file href={ (record.folder(false)) "/" (table.name) ".csv" } { "CSV" }
                 }
                 @if table.depends_on_machine() {
-                    " " a.file href={ (record.folder(true)) "/" (table.name) ".csv" } { "CSV with this machine's values" }
+                    " " a.file href={ (record.folder(true)) "/" (table.name) ".csv" } { "CSV with this machine’s values" }
                 }
             }
             div.scroll { table {
@@ -61,7 +64,7 @@ fn cell(cell: &Cell, with_unit: bool, mark: bool) -> Markup {
             Cell::Verdict(verdict) => { td { (badge(verdict.word())) } }
             Cell::Missing(why) => { td.missing { (why) } }
             Cell::Number { .. } => { td.number { (cell.readable(with_unit)) } }
-            Cell::Text(text) => { td { (text) @if mark { span.machine { " †" } } } }
+            Cell::Text(text) => { td.short[text.chars().count() <= SHORT] { (text) @if mark { span.machine { " †" } } } }
         }
     }
 }

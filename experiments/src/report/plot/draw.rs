@@ -147,14 +147,13 @@ where
         };
         drawn.map_err(|error| error.to_string())?;
     }
-    let area = chart.plotting_area();
+    // Below the axis: places are relative to the area that holds the labels too, for a smaller one would clip them.
     let style = font(13).pos(Pos::new(HPos::Center, VPos::Top));
-    let root = area.strip_coord_spec();
-    let (left, top) = root.get_base_pixel();
+    let (left, top) = area.get_base_pixel();
     for (i, category) in plot.categories.iter().enumerate() {
-        let (x, y) = area.map_coordinate(&(i as f64, floor));
+        let (x, y) = chart.plotting_area().map_coordinate(&(i as f64, floor));
         let place = (x - left, y - top + 8 * FINE);
-        root.draw(&Text::new(category.clone(), place, style.clone())).map_err(|error| error.to_string())?;
+        area.draw(&Text::new(category.clone(), place, style.clone())).map_err(|error| error.to_string())?;
     }
     Ok(())
 }
