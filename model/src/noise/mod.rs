@@ -1,7 +1,31 @@
 //! Lattice noises with proven ranges and slopes. Each is an in-cell formula written once over the number type, and a
 //! walker per number that finds the cell and its corner gradients.
 
+pub mod corner;
+mod enclose;
+pub mod gradient2;
+pub mod gradient3;
+pub mod hash;
+mod rounded;
+pub mod simplex3;
+mod walk;
+
+use crate::dual::{Differentiable, Dual};
 use crate::real::Real;
+pub use hash::mix;
+
+/// Largest |n| of [`NoiseValue::gradient2`], an upper bound.
+pub const GRADIENT2_RANGE: f64 = 0.708;
+/// Largest ‖∇n‖ of [`NoiseValue::gradient2`], an upper bound.
+pub const GRADIENT2_SLOPE: f64 = 2.069_326;
+/// Largest |n| of [`NoiseValue::gradient3`], an upper bound.
+pub const GRADIENT3_RANGE: f64 = 1.5;
+/// Largest ‖∇n‖ of [`NoiseValue::gradient3`], an upper bound.
+pub const GRADIENT3_SLOPE: f64 = 3.753_749;
+/// Largest |n| of [`NoiseValue::simplex3`], an upper bound.
+pub const SIMPLEX3_RANGE: f64 = 1.2;
+/// Largest ‖∇n‖ of [`NoiseValue::simplex3`], an upper bound.
+pub const SIMPLEX3_SLOPE: f64 = 2.783_204;
 
 /// An integer lattice of random gradients in `D` dimensions.
 ///
@@ -33,4 +57,22 @@ pub trait NoiseJet: NoiseValue {
     fn gradient3_jet(lattice: Lattice<3>, x: [Self; 3]) -> [Self; 4];
     /// [`NoiseValue::simplex3`] with its gradient.
     fn simplex3_jet(lattice: Lattice<3>, x: [Self; 3]) -> [Self; 4];
+}
+
+impl<R: NoiseJet + Differentiable, const K: usize> NoiseValue for Dual<R, K> {
+    #[inline(always)]
+    fn gradient2(lattice: Lattice<2>, x: [Self; 2]) -> Self {
+        let [value, dx, dy] = R::gradient2_jet(lattice, x.map(|x| x.value));
+        Dual::chain(value, [dx, dy], x)
+    }
+    #[inline(always)]
+    fn gradient3(lattice: Lattice<3>, x: [Self; 3]) -> Self {
+        let [value, dx, dy, dz] = R::gradient3_jet(lattice, x.map(|x| x.value));
+        Dual::chain(value, [dx, dy, dz], x)
+    }
+    #[inline(always)]
+    fn simplex3(lattice: Lattice<3>, x: [Self; 3]) -> Self {
+        let [value, dx, dy, dz] = R::simplex3_jet(lattice, x.map(|x| x.value));
+        Dual::chain(value, [dx, dy, dz], x)
+    }
 }
