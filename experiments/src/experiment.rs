@@ -1,5 +1,34 @@
 //! An experiment is a function from a seed to an outcome. Its context gives it the profile, seeds, progress and atomic writes into
 //! its own folder; nothing else may influence what it finds.
+//!
+//! ```
+//! use terrain_experiments::experiment::{Context, ExperimentError};
+//! use terrain_experiments::report::{Axis, Compared, Comparison, Outcome, Plot, Style, Tolerance};
+//!
+//! fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
+//!     let start = std::time::Instant::now();
+//!     let table1 = terrain_papers::tables::genevaux2015_table1()?;
+//!     let mut compared = Comparison::new("calls", "Calls per pixel", &table1.hardware, &ctx.hardware);
+//!     let progress = ctx.progress("scenes", table1.rows.len() as u64);
+//!     for row in &table1.rows {
+//!         let ours = 30.0; // trace the scene with rays of ctx.seed_for(&row.scene)
+//!         let tolerance = Tolerance::ratio(0.5, 2.0, "the paper's camera is not published");
+//!         compared.push(Compared::new(&row.scene, "per pixel", table1.calls_per_pixel(row), ours, tolerance));
+//!         progress.advance(1);
+//!     }
+//!     let mut outcome = Outcome::new(compared.verdict());
+//!     outcome.table(compared.into_table())?;
+//!     outcome.metric("table1.fig1.calls_per_pixel", 30.0)?;
+//!     outcome.timing("table1.run_seconds", start.elapsed().as_secs_f64())?;
+//!     let plot = Plot::new("steps", "Steps along one ray", Axis::linear("t (m)"), Axis::log("step (m)"));
+//!     outcome.plot(plot.series("accelerated", Style::LineAndPoints, [(0.0, 1.0), (1.0, 2.0)]))?;
+//!     outcome.control("half the slope bound", "λ halved", "the tracer passes through the ground", true);
+//!     outcome.deviation("the camera is not published", "one that shows the figure's valley");
+//!     Ok(outcome)
+//! }
+//! # let out = std::env::temp_dir();
+//! # run(&Context::new("a/b", terrain_experiments::experiment::Profile::Quick, 1, out, "here".into())).unwrap();
+//! ```
 
 use crate::report::files::{self, WriteError};
 use crate::report::{Outcome, OutcomeError, PngFile};

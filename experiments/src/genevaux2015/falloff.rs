@@ -21,9 +21,9 @@ pub const EXPERIMENT: Experiment = Experiment {
     code: "experiments/src/genevaux2015/falloff.rs",
     test: "experiments/src/genevaux2015/falloff.rs::the_closed_form_lies_in_the_bracket_and_a_wrong_falloff_does_not",
     expected: |profile| Expected {
-        seconds: profile.pick(0.1, 2.0),
+        seconds: profile.pick(0.05, 0.3),
         memory_bytes: profile.pick(16 << 20, 32 << 20),
-        disk_bytes: 128 << 10,
+        disk_bytes: 64 << 10,
     },
     run,
 };
