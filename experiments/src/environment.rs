@@ -44,7 +44,7 @@ pub struct Environment {
     /// The graphics adapter, when an experiment used one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gpu: Option<Gpu>,
-    /// The run's seed, and the seed derived from it for each experiment, in hexadecimal.
+    /// The run's seed as it was given, and the seed derived from it for each experiment, in hexadecimal.
     pub seeds: BTreeMap<String, String>,
     /// SHA-256 of each input.
     pub inputs: BTreeMap<String, String>,

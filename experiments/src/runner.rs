@@ -57,7 +57,7 @@ pub struct Settings {
 /// its record says so.
 pub fn run(experiments: &[&'static Experiment], settings: &Settings) -> Result<Report, WriteError> {
     let mut environment = Environment::gather();
-    environment.seeds.insert("run".into(), format!("{:#x}", settings.seed));
+    environment.seeds.insert("run".into(), settings.seed.to_string());
     let hardware = environment.hardware();
     // Every folder is looked at before anything is replaced or computed.
     for experiment in experiments {
