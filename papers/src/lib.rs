@@ -1,1 +1,20 @@
 //! What each paper says: tables, claims, errata and their evidence.
+
+pub mod tables;
+pub mod verdicts;
+
+/// Folder and citation of each paper, in the order of reports.
+pub const PAPERS: &[(&str, &str)] = &[
+    ("genevaux2015", "Génevaux et al. 2015, Terrain Modelling from Feature Primitives"),
+    ("hnaidi2010", "Hnaidi et al. 2010, Feature based terrain generation using diffusion equation"),
+    ("paris2019", "Paris et al. 2019, Terrain Amplification with Implicit 3D Features"),
+    ("tessellation", "Run-time terrain tessellation with fractal detail"),
+];
+
+/// The embedded files this crate answers from, with their paths in the repository, so that a report can print their hashes.
+pub const INPUTS: &[(&str, &str)] = &[
+    ("papers/genevaux2015/tables.toml", tables::GENEVAUX2015),
+    ("papers/genevaux2015/verdicts.toml", verdicts::GENEVAUX2015),
+    ("papers/hnaidi2010/tables.toml", tables::HNAIDI2010),
+    ("papers/paris2019/tables.toml", tables::PARIS2019),
+];

@@ -1,0 +1,8 @@
+//! Génevaux et al. 2015: one module per table, figure or claim.
+
+mod falloff;
+
+use crate::experiment::Experiment;
+
+/// This paper's experiments, in the order of the report.
+pub const EXPERIMENTS: &[&Experiment] = &[&falloff::EXPERIMENT];
