@@ -33,17 +33,17 @@ pub enum ReadErrorKind {
 #[error("{file}: {place}: {found}; expected {expected}; {mend}")]
 pub struct ReadError {
     /// The file as it was named by the caller.
-    pub file: String,
+    pub file: Box<str>,
     /// What is wrong.
     pub kind: ReadErrorKind,
     /// The line, tag, byte, strip or sample.
-    pub place: String,
+    pub place: Box<str>,
     /// What stands there.
-    pub found: String,
+    pub found: Box<str>,
     /// What should.
-    pub expected: String,
+    pub expected: Box<str>,
     /// What to do about it.
-    pub mend: String,
+    pub mend: Box<str>,
 }
 
 impl ReadError {
@@ -57,7 +57,7 @@ impl ReadError {
         mend: impl Display,
     ) -> ReadError {
         let [file, place, found, expected, mend] =
-            [one_line(file), one_line(place), one_line(found), one_line(expected), one_line(mend)];
+            [one_line(file), one_line(place), one_line(found), one_line(expected), one_line(mend)].map(Into::into);
         ReadError { file, kind, place, found, expected, mend }
     }
 

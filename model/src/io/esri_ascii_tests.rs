@@ -96,7 +96,7 @@ fn every_broken_file_is_one_line_with_its_place() {
     ];
     for (text, kind, place) in cases {
         let error = parse(text).unwrap_err();
-        assert_eq!((error.kind, error.place.as_str()), (*kind, *place), "{text:?}: {error}");
+        assert_eq!((error.kind, &*error.place), (*kind, *place), "{text:?}: {error}");
         let line = error.to_string();
         assert!(line.starts_with("a.asc: ") && !line.contains('\n') && line.contains("; expected "), "{line}");
     }

@@ -142,10 +142,10 @@ mod tests {
     #[test]
     fn truncated_and_misnamed_tiles_and_tiles_of_voids_are_refused() {
         let error = read_from(&tile()[..1000], "N36W085", "N36W085.hgt").unwrap_err();
-        assert_eq!((error.kind, error.found.as_str()), (ReadErrorKind::Truncated, "1000 bytes"));
+        assert_eq!((error.kind, &*error.found), (ReadErrorKind::Truncated, "1000 bytes"));
         assert_eq!(read_from(&tile(), "dem", "dem.hgt").unwrap_err().kind, ReadErrorKind::Name);
         let voids: Vec<u8> = (0..1201 * 1201).flat_map(|_| i16::MIN.to_be_bytes()).collect();
         let error = read_from(&voids, "N36W085", "N36W085.hgt").unwrap_err();
-        assert_eq!((error.kind, error.place.as_str()), (ReadErrorKind::Value, "all samples"));
+        assert_eq!((error.kind, &*error.place), (ReadErrorKind::Value, "all samples"));
     }
 }

@@ -140,7 +140,7 @@ mod tests {
         write_png_rgb8(&path, 3, 2, &[0; 18]).unwrap();
         assert_eq!(read(&path).unwrap_err().kind, ReadErrorKind::Unsupported);
         write_png_rgb8(&path, 3, 1, &[0; 9]).unwrap();
-        assert_eq!(read(&path).unwrap_err().place, "size in the sidecar");
+        assert_eq!(&*read(&path).unwrap_err().place, "size in the sidecar");
         for length in [4, 20, 40, bytes.len() - 20] {
             fs::write(&path, &bytes[..length]).unwrap();
             let error = read(&path).unwrap_err();

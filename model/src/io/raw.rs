@@ -151,7 +151,7 @@ mod tests {
         assert_eq!(error.kind, ReadErrorKind::Truncated);
         assert!(error.to_string().contains("3 × 2 samples"), "{error}");
         fs::write(&path, [&bytes[..], &[0]].concat()).unwrap();
-        assert_eq!(read(&path).unwrap_err().found, "25 bytes");
+        assert_eq!(&*read(&path).unwrap_err().found, "25 bytes");
         fs::write(&path, &bytes).unwrap();
 
         let beside = sidecar_path(&path);
@@ -169,7 +169,7 @@ mod tests {
             assert!(text.contains(from), "{from}");
             fs::write(&beside, text.replace(from, to)).unwrap();
             let error = read(&path).unwrap_err();
-            assert_eq!(error.place, place, "{error}");
+            assert_eq!(&*error.place, place, "{error}");
         }
         fs::remove_file(&beside).unwrap();
         let error = read(&path).unwrap_err();
@@ -185,7 +185,7 @@ mod tests {
         bytes[4..8].copy_from_slice(&f32::NAN.to_le_bytes());
         fs::write(&path, &bytes).unwrap();
         let error = read(&path).unwrap_err();
-        assert_eq!((error.kind, error.place.as_str()), (ReadErrorKind::Value, "column 2, row 1 from the north"));
+        assert_eq!((error.kind, &*error.place), (ReadErrorKind::Value, "column 2, row 1 from the north"));
         assert!(write_f32(&path, &example().map(None, |_| f32::NAN)).is_err());
     }
 }

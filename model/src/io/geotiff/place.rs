@@ -6,9 +6,9 @@ use super::super::error::{ReadError, ReadErrorKind};
 use super::directory::Directory;
 use crate::grid::{Crs, CrsKind, GeoKeys};
 
-pub(super) const MODEL_TYPE: u16 = 1024;
-pub(super) const RASTER_TYPE: u16 = 1025;
-pub(super) const CITATION: u16 = 1026;
+const MODEL_TYPE: u16 = 1024;
+const RASTER_TYPE: u16 = 1025;
+const CITATION: u16 = 1026;
 const GEOGRAPHIC_TYPE: u16 = 2048;
 const ANGULAR_UNITS: u16 = 2054;
 const PROJECTED_TYPE: u16 = 3072;
@@ -69,11 +69,9 @@ pub(super) fn place(directory: &Directory, keys: &GeoKeys, height: usize) -> Res
     Ok((DVec2::new(at.x + column * spacing.x, at.y - row * spacing.y), spacing))
 }
 
-/// The system that the keys describe; `None` without keys.
+/// The system that the keys describe; `None` where they name no model (key 1024).
 pub(super) fn crs(directory: &Directory, keys: GeoKeys) -> Result<Option<Crs>, ReadError> {
-    if keys.is_empty() {
-        return Ok(None);
-    }
+    let Some(model) = keys.short(MODEL_TYPE) else { return Ok(None) };
     let epsg = |key| keys.short(key).filter(|code| !matches!(code, 0 | 32767..));
     let metres_per_unit = match keys.short(LINEAR_UNITS) {
         None | Some(METRE) => 1.0,
@@ -82,9 +80,9 @@ pub(super) fn crs(directory: &Directory, keys: GeoKeys) -> Result<Option<Crs>, R
         // Any other unit: by its size if the file gives it, or of unknown length, which is not metric either.
         Some(_) => keys.double(LINEAR_UNIT_SIZE).unwrap_or(0.0),
     };
-    let kind = match keys.short(MODEL_TYPE) {
-        Some(1) => CrsKind::Projected { epsg: epsg(PROJECTED_TYPE), metres_per_unit },
-        Some(2) => {
+    let kind = match model {
+        1 => CrsKind::Projected { epsg: epsg(PROJECTED_TYPE), metres_per_unit },
+        2 => {
             if let Some(unit) = keys.short(ANGULAR_UNITS).filter(|unit| !matches!(unit, 9102 | 9122)) {
                 let found = format!("angular unit {unit}");
                 let mend = "convert it with gdalwarp -t_srs EPSG:4326 IN OUT";
@@ -92,7 +90,7 @@ pub(super) fn crs(directory: &Directory, keys: GeoKeys) -> Result<Option<Crs>, R
             }
             CrsKind::Geographic { epsg: epsg(GEOGRAPHIC_TYPE) }
         }
-        Some(3) => {
+        3 => {
             let mend = "convert it with gdalwarp -t_srs EPSG:4326 IN OUT";
             let expected = "projected or geographic ones";
             return Err(directory.wrong(ReadErrorKind::Unsupported, 34735, "geocentric coordinates", expected, mend));

@@ -34,8 +34,8 @@ pub enum RasterType {
 /// [`WriteError`]: a value that is neither finite nor no-data, nothing known, a side above 2³² − 1, the file system.
 pub fn write_f32(path: &Path, grid: &Grid<f32>, raster_type: RasterType) -> Result<(), WriteError> {
     writable(path, grid)?;
-    // The encoder has no floating-point predictor.
-    write::<Gray32Float, f32>(path, grid, raster_type, Predictor::None)
+    // The encoder has no floating-point predictor, and without one more effort gains nothing.
+    write::<Gray32Float, f32>(path, grid, raster_type, (DeflateLevel::Fast, Predictor::None))
 }
 
 /// Writes 16-bit signed integers, differenced along rows before they are compressed: see [`Grid::to_i16`].
@@ -44,14 +44,14 @@ pub fn write_f32(path: &Path, grid: &Grid<f32>, raster_type: RasterType) -> Resu
 /// As [`write_f32`].
 pub fn write_i16(path: &Path, grid: &Grid<i16>, raster_type: RasterType) -> Result<(), WriteError> {
     writable(path, &grid.to_f32())?;
-    write::<GrayI16, i16>(path, grid, raster_type, Predictor::Horizontal)
+    write::<GrayI16, i16>(path, grid, raster_type, (DeflateLevel::Best, Predictor::Horizontal))
 }
 
 fn write<C: ColorType<Inner = T>, T: Sample>(
     path: &Path,
     grid: &Grid<T>,
     raster_type: RasterType,
-    predictor: Predictor,
+    (level, predictor): (DeflateLevel, Predictor),
 ) -> Result<(), WriteError>
 where
     [T]: TiffValue,
@@ -59,9 +59,9 @@ where
     let bytes = grid.values().len() as u64 * size_of::<T>() as u64;
     atomic_write(path, |file| {
         if bytes > 3_500_000_000 {
-            encode::<C, T, TiffKindBig, _>(file, grid, raster_type, predictor)
+            encode::<C, T, TiffKindBig, _>(file, grid, raster_type, (level, predictor))
         } else {
-            encode::<C, T, TiffKindStandard, _>(file, grid, raster_type, predictor)
+            encode::<C, T, TiffKindStandard, _>(file, grid, raster_type, (level, predictor))
         }
         .map_err(|error| match error {
             TiffError::IoError(error) => Failure::Io(error),
@@ -75,15 +75,14 @@ fn encode<C: ColorType<Inner = T>, T: Sample, K: TiffKind, W: Write + Seek>(
     file: W,
     grid: &Grid<T>,
     raster_type: RasterType,
-    predictor: Predictor,
+    (level, predictor): (DeflateLevel, Predictor),
 ) -> Result<(), TiffError>
 where
     [T]: TiffValue,
 {
     let (width, height) = (u32::try_from(grid.width())?, u32::try_from(grid.height())?);
-    let mut encoder = TiffEncoder::<W, K>::new_generic(file)?
-        .with_compression(Compression::Deflate(DeflateLevel::Best))
-        .with_predictor(predictor);
+    let mut encoder =
+        TiffEncoder::<W, K>::new_generic(file)?.with_compression(Compression::Deflate(level)).with_predictor(predictor);
     let mut image = encoder.new_image::<C>(width, height)?;
     let tags = image.encoder();
 
