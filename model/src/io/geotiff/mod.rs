@@ -21,4 +21,6 @@ pub use read::{read, read_from};
 pub use write::{RasterType, write_f32, write_i16};
 
 #[cfg(test)]
+mod gdal_tests;
+#[cfg(test)]
 mod tests;
