@@ -3,8 +3,11 @@
 pub mod bounds;
 pub mod dual;
 pub mod falloff;
+pub mod grid;
 pub mod interval;
+pub mod io;
 pub mod lanes;
+pub mod mesh;
 pub mod noise;
 pub mod operator;
 pub mod primitive;

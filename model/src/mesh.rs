@@ -1,0 +1,179 @@
+//! Triangle meshes, as they are written to files and handed to renderers.
+
+use glam::DVec3;
+use thiserror::Error;
+
+use crate::grid::Grid;
+
+/// A mesh that cannot be written or drawn.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum MeshError {
+    /// A triangle names a vertex that does not exist.
+    #[error("triangle {triangle} names vertex {vertex} of {vertices}")]
+    Index {
+        /// The triangle.
+        triangle: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// The number of vertices.
+        vertices: usize,
+    },
+    /// A position or normal is not finite.
+    #[error("vertex {vertex} has a position or normal that is not finite")]
+    NotFinite {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// As many normals as positions are needed.
+    #[error("there are {normals} normals for {vertices} vertices")]
+    Normals {
+        /// Normals given.
+        normals: usize,
+        /// The number of vertices.
+        vertices: usize,
+    },
+    /// More vertices than 32-bit indices can name.
+    #[error("{vertices} vertices are more than 32-bit indices can name")]
+    TooMany {
+        /// The number of vertices.
+        vertices: usize,
+    },
+}
+
+/// Triangles over shared vertices; counter-clockwise seen from outside (from above, for terrain).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mesh {
+    /// Vertices in metres: x east, y north, z up.
+    pub positions: Vec<[f64; 3]>,
+    /// Indices of vertices.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit normals, one a vertex.
+    pub normals: Option<Vec<[f64; 3]>>,
+}
+
+impl Mesh {
+    /// The surface through the samples of `grid`: two triangles for each cell with four known corners, split from
+    /// south-west to north-east. Samples that no such cell uses are left out. No normals.
+    ///
+    /// # Errors
+    /// [`MeshError::TooMany`] above 2³² − 1 vertices.
+    pub fn from_grid(grid: &Grid<f32>) -> Result<Mesh, MeshError> {
+        const UNUSED: u32 = u32::MAX;
+        let (width, height) = (grid.width(), grid.height());
+        if u32::try_from(width * height).is_err() {
+            return Err(MeshError::TooMany { vertices: width * height });
+        }
+        let mut mesh = Mesh::default();
+        let mut vertices = vec![UNUSED; width * height];
+        for j in 0..height.saturating_sub(1) {
+            for i in 0..width.saturating_sub(1) {
+                let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+                let elevations = corners.map(|(i, j)| grid.known(i, j).map(f64::from));
+                let [Some(a), Some(b), Some(c), Some(d)] = elevations else { continue };
+                let mut indices = [0; 4];
+                for (index, ((i, j), z)) in indices.iter_mut().zip(corners.into_iter().zip([a, b, c, d])) {
+                    let vertex = &mut vertices[j * width + i];
+                    if *vertex == UNUSED {
+                        *vertex = mesh.positions.len() as u32;
+                        let position = grid.position(i, j);
+                        mesh.positions.push([position.x, position.y, z]);
+                    }
+                    *index = *vertex;
+                }
+                let [sw, se, ne, nw] = indices;
+                mesh.triangles.push([sw, se, ne]);
+                mesh.triangles.push([sw, ne, nw]);
+            }
+        }
+        Ok(mesh)
+    }
+
+    /// The same mesh with normals: at each vertex the mean of its triangles' normals, weighted by their areas; up where
+    /// they cancel. Indices out of range are passed over.
+    #[must_use]
+    pub fn with_normals(mut self) -> Mesh {
+        let mut sums = vec![DVec3::ZERO; self.positions.len()];
+        for triangle in &self.triangles {
+            let corners = triangle.map(|index| self.positions.get(index as usize).map(|&p| DVec3::from(p)));
+            let [Some(a), Some(b), Some(c)] = corners else { continue };
+            for &index in triangle {
+                sums[index as usize] += (b - a).cross(c - a);
+            }
+        }
+        self.normals = Some(sums.into_iter().map(|sum| sum.normalize_or(DVec3::Z).to_array()).collect());
+        self
+    }
+
+    /// Whether every triangle names existing vertices and every number is finite.
+    ///
+    /// # Errors
+    /// The first [`MeshError`] found.
+    pub fn check(&self) -> Result<(), MeshError> {
+        let vertices = self.positions.len();
+        if u32::try_from(vertices).is_err() {
+            return Err(MeshError::TooMany { vertices });
+        }
+        if let Some(normals) = self.normals.as_ref().map(Vec::len).filter(|&normals| normals != vertices) {
+            return Err(MeshError::Normals { normals, vertices });
+        }
+        let infinite = |points: &[[f64; 3]]| points.iter().position(|p| !p.iter().all(|n| n.is_finite()));
+        let found = infinite(&self.positions).or_else(|| self.normals.as_deref().and_then(infinite));
+        if let Some(vertex) = found {
+            return Err(MeshError::NotFinite { vertex });
+        }
+        for (triangle, indices) in self.triangles.iter().enumerate() {
+            if let Some(&vertex) = indices.iter().find(|&&index| index as usize >= vertices) {
+                return Err(MeshError::Index { triangle, vertex, vertices });
+            }
+        }
+        Ok(())
+    }
+
+    /// The smallest x, y and z; zero for an empty mesh.
+    pub fn lowest_corner(&self) -> [f64; 3] {
+        let low = self.positions.iter().map(|&p| DVec3::from(p)).reduce(DVec3::min);
+        low.unwrap_or(DVec3::ZERO).to_array()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    fn grid(width: usize, height: usize, values: Vec<f32>) -> Grid<f32> {
+        Grid::new(DVec2::new(10.0, 20.0), DVec2::new(2.0, 3.0), width, height, values).unwrap()
+    }
+
+    #[test]
+    fn cell_gives_two_triangles_that_face_up() {
+        let mesh = Mesh::from_grid(&grid(2, 2, vec![1.0, 2.0, 3.0, 4.0])).unwrap().with_normals();
+        assert_eq!(mesh.positions, [[10.0, 20.0, 1.0], [12.0, 20.0, 2.0], [12.0, 23.0, 4.0], [10.0, 23.0, 3.0]]);
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert!(mesh.normals.as_ref().unwrap().iter().all(|n| n[2] > 0.0));
+        mesh.check().unwrap();
+    }
+
+    #[test]
+    fn cells_that_touch_no_data_are_left_out_with_their_lonely_vertices() {
+        let holed = grid(4, 2, vec![0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0]).with_no_data(Some(-1.0));
+        let mesh = Mesh::from_grid(&holed).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (6, 4));
+        let single = Mesh::from_grid(&grid(1, 3, vec![0.0; 3])).unwrap();
+        assert_eq!(single, Mesh::default());
+    }
+
+    #[test]
+    fn check_finds_each_flaw() {
+        let good = Mesh::from_grid(&grid(2, 2, vec![0.0; 4])).unwrap().with_normals();
+        let mut bad = good.clone();
+        bad.triangles[1][2] = 4;
+        assert!(matches!(bad.check(), Err(MeshError::Index { triangle: 1, vertex: 4, vertices: 4 })));
+        let mut bad = good.clone();
+        bad.positions[3][1] = f64::NAN;
+        assert!(matches!(bad.check(), Err(MeshError::NotFinite { vertex: 3 })));
+        let mut bad = good;
+        bad.normals = Some(vec![]);
+        assert!(matches!(bad.check(), Err(MeshError::Normals { normals: 0, vertices: 4 })));
+    }
+}
