@@ -112,22 +112,22 @@ fn a_bound_that_is_too_small_is_convicted() {
 #[test]
 fn the_certified_answer_is_unaffected_by_bounds() {
     // The oracle takes the program, never a `Surface`: a control with every bound broken gives the same answers.
-    let program = (0..40).find_map(bounded).expect("a bounded tree");
-    let mut oracle = CertifiedTracer::new(&program);
-    let mut random = Random(3);
-    let rays: Vec<Ray> = (0..50).map(|_| random_ray(&mut random)).collect();
-    let before: Vec<Certified> = rays.iter().map(|ray| oracle.trace(ray, &Effort::default())).collect();
-    let broken = Surface::new(&program).with_slope_cap(0.0);
-    assert_eq!(broken.global().slope, 0.0);
-    let mut field = HeightRay::new(&broken);
     let mut wrong = 0;
-    for (ray, truth) in rays.iter().zip(&before) {
-        field.aim(*ray);
-        let answer = Tracer::Accelerated.trace(&broken, &mut field, &Settings::default());
-        if let Certified::Hit { t1, .. } = truth {
-            wrong += usize::from(answer.distance().is_none_or(|t| t > t1 + 0.1));
+    for (k, program) in (0..40).filter_map(bounded).take(10).enumerate() {
+        let mut random = Random(k as u64);
+        let rays: Vec<Ray> = (0..40).map(|_| random_ray(&mut random)).collect();
+        let mut oracle = CertifiedTracer::new(&program);
+        let before: Vec<Certified> = rays.iter().map(|ray| oracle.trace(ray, &Effort::default())).collect();
+        let broken = Surface::new(&program).with_slope_cap(0.0);
+        let mut field = HeightRay::new(&broken);
+        for (ray, truth) in rays.iter().zip(&before) {
+            field.aim(*ray);
+            let answer = Tracer::Accelerated.trace(&broken, &mut field, &Settings::default());
+            if let Certified::Hit { t1, .. } = truth {
+                wrong += usize::from(answer.distance().is_none_or(|t| t > t1 + 0.1));
+            }
+            assert_eq!(oracle.trace(ray, &Effort::default()), *truth);
         }
-        assert_eq!(oracle.trace(ray, &Effort::default()), *truth);
     }
     assert!(wrong > 0, "a slope bound of 0 must mislead the tracer that uses it");
 }
