@@ -3,6 +3,7 @@
 
 pub mod corner;
 mod enclose;
+pub mod fractal;
 pub mod gradient2;
 pub mod gradient3;
 pub mod hash;
@@ -12,6 +13,7 @@ mod walk;
 
 use crate::dual::{Differentiable, Dual};
 use crate::real::Real;
+pub use fractal::{Bounds, Combination, Octave, Octaves, fbm, multifractal, ridged, turbulence};
 pub use hash::mix;
 
 /// Largest |n| of [`NoiseValue::gradient2`], an upper bound.
