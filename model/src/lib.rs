@@ -1,5 +1,6 @@
 //! Terrain as a tree of landform primitives (Génevaux 2015), and the ground all other crates stand on.
 
+pub mod certify;
 pub mod dual;
 pub mod falloff;
 pub mod interval;
