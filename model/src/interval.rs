@@ -122,6 +122,12 @@ impl Add for Interval {
     type Output = Interval;
     #[inline(always)]
     fn add(self, o: Interval) -> Interval {
+        // x + 0 is exact. Slopes that are 0 stay 0: widened to ±5e-324 they would be slow and spread.
+        if o == Interval::ZERO {
+            return self;
+        } else if self == Interval::ZERO {
+            return o;
+        }
         Interval::outward(self.lo + o.lo, self.hi + o.hi)
     }
 }
@@ -129,6 +135,11 @@ impl Sub for Interval {
     type Output = Interval;
     #[inline(always)]
     fn sub(self, o: Interval) -> Interval {
+        if o == Interval::ZERO {
+            return self;
+        } else if self == Interval::ZERO {
+            return -o;
+        }
         Interval::outward(self.lo - o.hi, self.hi - o.lo)
     }
 }

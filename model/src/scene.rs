@@ -1,12 +1,12 @@
 //! Scene files: RON with named definitions, layers and cameras. Values are checked while they are read, so an error
 //! carries line and column; what can only be checked later carries the node's path.
 
-use crate::noise::hash;
+use crate::noise::{Combination, Octaves, mix};
 use crate::operator::WeightRule;
 use crate::primitive::image::Image;
 use crate::profile::Knot;
 use crate::program::{CompileError, Program};
-use crate::tree::{DiscNoise, Node, NodeId, NoiseKind, Similarity, Tree};
+use crate::tree::{DiscNoise, Node, NodeId, Similarity, Tree};
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -124,7 +124,7 @@ struct CameraFile {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct NoiseFile {
-    kind: NoiseKind,
+    kind: Combination,
     /// Metres of the longest wave.
     wavelength: Positive,
     amplitude: Finite,
@@ -359,15 +359,14 @@ impl<'a> Builder<'a> {
                                 return Err(fail("a disc with noise needs a `name` or a `seed` of its noise"));
                             }
                         };
-                        Some(DiscNoise {
-                            kind: noise.kind,
+                        let octaves = Octaves {
                             octaves: noise.octaves,
                             frequency: 1.0 / noise.wavelength.0,
-                            amplitude: noise.amplitude.0,
                             lacunarity: noise.lacunarity.0,
                             gain: noise.gain.0,
-                            seed,
-                        })
+                            amplitude: noise.amplitude.0,
+                        };
+                        Some(DiscNoise { combination: noise.kind, octaves, seed })
                     }
                 };
                 let centre = DVec3::new(centre.0.0, centre.1.0, elevation.0);
@@ -431,6 +430,6 @@ impl<'a> Builder<'a> {
 
 /// The lattice of a named node: a hash of the scene's seed and the name, never of a position in the file.
 fn named_seed(seed: u64, name: &str) -> u32 {
-    let start = hash::mix(seed as u32, (seed >> 32) as u32);
-    name.bytes().fold(start, |state, byte| hash::mix(state, u32::from(byte)))
+    let start = mix(seed as u32, (seed >> 32) as u32);
+    name.bytes().fold(start, |state, byte| mix(state, u32::from(byte)))
 }

@@ -1,9 +1,9 @@
 //! Lattice noises with proven ranges and slopes. Each is an in-cell formula written once over the number type, and a
 //! walker per number that finds the cell and its corner gradients.
 
-pub mod composite;
 pub mod corner;
 mod enclose;
+pub mod fractal;
 pub mod gradient2;
 pub mod gradient3;
 pub mod hash;
@@ -13,7 +13,7 @@ mod walk;
 
 use crate::dual::{Differentiable, Dual};
 use crate::real::Real;
-pub use composite::{NoiseKind, OctaveFrame};
+pub use fractal::{Bounds, Combination, Octave, Octaves, fbm, multifractal, ridged, turbulence};
 pub use hash::mix;
 
 /// Largest |n| of [`NoiseValue::gradient2`], an upper bound.

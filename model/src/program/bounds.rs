@@ -3,7 +3,7 @@
 use super::{Instruction, Program};
 use crate::bounds::{Bounds, Region};
 use crate::interval::Interval;
-use crate::noise::composite::{self, Shape};
+
 use crate::operator::{self, BlendRule};
 use crate::primitive::{Parameters, curve, disc, image};
 use glam::DVec2;
@@ -30,10 +30,10 @@ impl<'a> BoundsEvaluator<'a> {
             .code
             .iter()
             .map(|instruction| match *instruction {
-                Instruction::NoiseDisc { at, kind, octaves, seed, .. } => {
-                    let p = &program.parameters[at as usize + disc::WIDTH..];
-                    let shape = Shape { frequency: p[0], lacunarity: p[1], amplitude: p[2], gain: p[3], octaves, seed };
-                    composite::bounds(kind, &shape)
+                Instruction::NoiseDisc { combination, first, octaves, .. } => {
+                    let placed = &program.octaves[first as usize..(first + octaves) as usize];
+                    let bounds = combination.placed_bounds(placed);
+                    (bounds.range, bounds.slope)
                 }
                 _ => (Interval::ZERO, 0.0),
             })

@@ -2,7 +2,7 @@
 
 use super::{Instruction, Program};
 use crate::dual::Dual;
-use crate::noise::{self, OctaveFrame};
+use crate::noise::Octave;
 use crate::operator;
 use crate::primitive::image::Image;
 use crate::primitive::{Number, Parameters, curve, disc, image};
@@ -35,8 +35,9 @@ pub struct Evaluator<R> {
 pub(crate) struct Text<'a, P> {
     pub code: &'a [Instruction],
     pub parameters: &'a [P],
-    /// Lattice base and offset of each octave; empty in world coordinates.
-    pub octaves: &'a [OctaveFrame<P>],
+    pub octaves: &'a [Octave<2>],
+    /// Octaves are placed for the origin of a tile instead of the centre of their disc.
+    pub tiled: bool,
     pub images: &'a [Arc<Image>],
 }
 
@@ -54,7 +55,13 @@ impl<R: Number> Evaluator<R> {
     /// Elevation and weight at `x`, without the 0 that stands for elevation off the support: where the weight is 0 the
     /// elevation means nothing.
     pub fn run(&mut self, program: &Program, x: [R; 2]) -> (R, R) {
-        let text = Text { code: &program.code, parameters: &program.parameters, octaves: &[], images: &program.images };
+        let text = Text {
+            code: &program.code,
+            parameters: &program.parameters,
+            octaves: &program.octaves,
+            tiled: false,
+            images: &program.images,
+        };
         run(text, &mut self.stack, &mut self.frames, x)
     }
     #[inline(always)]
@@ -83,24 +90,16 @@ fn run<R: Number, P: Copy + Into<f64>>(
                 stack[top] = (disc::elevation(p), disc::weight(p, here));
                 top += 1;
             }
-            Instruction::NoiseDisc { at, kind, octaves, seed, frame } => {
+            Instruction::NoiseDisc { at, combination, first, octaves } => {
                 let p = tail(at);
                 let weight: R = disc::weight(p, here);
                 let mut elevation: R = disc::elevation(p);
                 // Outside the support the elevation is never used: this is the tree as bounding volumes.
                 if R::zero().less(weight).may_hold() {
-                    let octave_frames = if text.octaves.is_empty() { &[] } else { &text.octaves[frame as usize..] };
-                    let shape = noise::composite::Shape::<R> {
-                        frequency: p.get(disc::WIDTH),
-                        lacunarity: p.get(disc::WIDTH + 1),
-                        amplitude: p.get(disc::WIDTH + 2),
-                        gain: p.get(disc::WIDTH + 3),
-                        octaves,
-                        seed,
-                    };
                     let c = p.pair::<R>(0);
-                    let at = if octave_frames.is_empty() { [here[0] - c[0], here[1] - c[1]] } else { here };
-                    elevation = elevation + noise::composite::evaluate(kind, &shape, octave_frames, at);
+                    let at = if text.tiled { here } else { [here[0] - c[0], here[1] - c[1]] };
+                    let octaves = &text.octaves[first as usize..(first + octaves) as usize];
+                    elevation = elevation + combination.plane(octaves, at);
                 }
                 stack[top] = (elevation, weight);
                 top += 1;
