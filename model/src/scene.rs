@@ -10,6 +10,7 @@ use crate::tree::{DiscNoise, Node, NodeId, Similarity, Tree};
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::num::NonZeroU32;
 use std::sync::Arc;
 
 /// The header every scene starts with.
@@ -170,6 +171,9 @@ enum NodeFile {
         /// Metres between samples; the file's own when absent.
         #[serde(default)]
         spacing: Option<(Positive, Positive)>,
+        /// Averages blocks of this many samples along each axis into one.
+        #[serde(default)]
+        reduce: Option<NonZeroU32>,
         margin: Positive,
         #[serde(default = "one")]
         weight: Positive,
@@ -227,6 +231,20 @@ pub struct PlacedImage {
     pub origin: DVec2,
     /// Distance between samples.
     pub spacing: DVec2,
+}
+
+impl PlacedImage {
+    /// Averages blocks of `factor` × `factor` samples; the mean stands at the middle of its block, and what does not
+    /// fill a block is left out. `None` when fewer than 2 × 2 samples remain.
+    pub fn reduced(&self, factor: usize) -> Option<PlacedImage> {
+        if factor <= 1 {
+            return Some(self.clone());
+        }
+        let image = self.image.reduced(factor)?;
+        let half = 0.5 * (factor as f64 - 1.0);
+        let origin = self.origin + self.spacing * half;
+        Some(PlacedImage { image: Arc::new(image), origin, spacing: self.spacing * factor as f64 })
+    }
 }
 
 /// A scene: one tree, its layers and its cameras.
@@ -319,7 +337,7 @@ struct Builder<'a> {
     scene: Scene,
     known: BTreeMap<&'a str, NodeId>,
     open: Vec<&'a str>,
-    loaded: BTreeMap<&'a str, PlacedImage>,
+    loaded: BTreeMap<(&'a str, u32), PlacedImage>,
 }
 
 impl<'a> Builder<'a> {
@@ -379,12 +397,16 @@ impl<'a> Builder<'a> {
                 joint: joint.map_or(0.25 * radius.0, f64::from),
                 profile: profile.clone(),
             },
-            NodeFile::Image { file, origin, spacing, margin, weight, elevation_scale, elevation_offset } => {
-                if !self.loaded.contains_key(file.as_str()) {
-                    let image = (self.images)(file).map_err(|problem| fail(&problem))?;
-                    self.loaded.insert(file, image);
+            NodeFile::Image { file, origin, spacing, reduce, margin, weight, elevation_scale, elevation_offset } => {
+                let reduce = reduce.map_or(1, NonZeroU32::get);
+                let key = (file.as_str(), reduce);
+                if !self.loaded.contains_key(&key) {
+                    let placed = (self.images)(file).map_err(|problem| fail(&problem))?;
+                    let reduced = placed.reduced(reduce as usize);
+                    let placed = reduced.ok_or_else(|| fail("reducing leaves fewer than 2 × 2 samples"))?;
+                    self.loaded.insert(key, placed);
                 }
-                let placed = &self.loaded[file.as_str()];
+                let placed = &self.loaded[&key];
                 Node::Image {
                     image: placed.image.clone(),
                     origin: origin.map_or(placed.origin, |p| DVec2::new(p.0.0, p.1.0)),
