@@ -6,6 +6,7 @@ pub mod genevaux2015;
 mod memory;
 pub mod report;
 pub mod runner;
+pub mod scenes;
 
 use experiment::Experiment;
 

@@ -129,7 +129,11 @@ impl Ground<'_> {
                 let (mut near, mut far) = (0.0, 4.0 * size);
                 for _ in 0..50 {
                     let middle = 0.5 * (near + far);
-                    if self.program.height(inside + heading * middle).1 >= THRESHOLD { near = middle } else { far = middle }
+                    if self.program.height(inside + heading * middle).1 >= THRESHOLD {
+                        near = middle
+                    } else {
+                        far = middle
+                    }
                 }
                 let border = inside + heading * near;
                 let gradient = self.program.sample(border).weight_gradient;

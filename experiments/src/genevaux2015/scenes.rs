@@ -21,7 +21,7 @@ pub struct TableScene {
 /// # Errors
 /// What is wrong with a built-in scene: a bug.
 pub fn table_scenes() -> Result<Vec<TableScene>, String> {
-    [("fig3", "Figure 3"), ("fig19", "Figure 19")]
+    [("fig3", "Fig 3"), ("fig19", "Fig 19")]
         .into_iter()
         .map(|(name, row)| {
             let scene = scenes::load(&format!("builtin:{name}")).map_err(|error| error.to_string())?;
@@ -42,7 +42,7 @@ mod tests {
             let row = table.rows.iter().find(|row| row.scene == scene.row).expect("a row of the table");
             let root = scene.scene.layers[scene.scene.ground()];
             let (primitives, operators) = scene.scene.tree.count(root);
-            assert_eq!((primitives as u64, operators as u64), (row.primitives, row.operators), "{}", scene.name);
+            assert_eq!((primitives as u32, operators as u32), (row.primitives, row.operators), "{}", scene.name);
         }
     }
 }

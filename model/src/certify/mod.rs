@@ -2,6 +2,7 @@
 //! Deterministic, budgeted, the same on any number of threads.
 
 pub mod noise;
+pub mod slope;
 pub mod tree;
 
 use crate::dual::Dual;
