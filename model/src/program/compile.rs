@@ -3,7 +3,7 @@
 use super::{Instruction, Program};
 use crate::noise::Octave;
 use crate::operator::AFFINE_WIDTH;
-use crate::primitive::curve::MAX_SEGMENTS;
+use crate::primitive::curve::{self, MAX_SEGMENTS};
 use crate::primitive::image::Image;
 use crate::profile;
 use crate::tree::{Node, NodeId, Similarity, Tree};
@@ -127,7 +127,8 @@ impl Compiler<'_> {
                 let pieces = profile::compile(knots);
                 let count = (pieces.len() / profile::PIECE_WIDTH) as u16;
                 let at = self.place(id, |out| {
-                    out.extend([1.0 / (radius * radius), *weight, 1.0 / (joint * joint)]);
+                    let first = out.len();
+                    out.extend([1.0 / (radius * radius), *weight, 1.0 / (joint * joint), f64::INFINITY]);
                     for pair in points.windows(2) {
                         let d = pair[1].truncate() - pair[0].truncate();
                         let length = d.length();
@@ -135,6 +136,8 @@ impl Compiler<'_> {
                         out.extend([pair[0].x, pair[0].y, pair[0].z, d.x / length, d.y / length, length, grade]);
                     }
                     out.extend(&pieces);
+                    let slope = curve::support_slope(&out[first..], points.len() - 1, usize::from(count));
+                    out[first + 3] = slope;
                 });
                 self.code.push(Instruction::Curve { at, segments: (points.len() - 1) as u16, pieces: count });
                 self.pushed();

@@ -99,6 +99,10 @@ impl Program {
     pub fn code(&self) -> &[Instruction] {
         &self.code
     }
+    /// The `k`-th parameter.
+    pub fn parameter(&self, k: usize) -> f64 {
+        self.parameters[k]
+    }
     /// Bytes of the compact form: instructions as 32-bit words, parameters as `f32`, images as stored.
     pub fn bytes(&self) -> usize {
         let words: usize = self.code.iter().map(Instruction::words).sum();

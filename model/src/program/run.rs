@@ -6,7 +6,7 @@ use crate::noise::Octave;
 use crate::operator;
 use crate::primitive::image::Image;
 use crate::primitive::{Number, Parameters, curve, disc, image};
-use crate::real::Mask;
+use crate::real::{Mask, Operand};
 use glam::DVec2;
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub struct Sample {
 /// Runs programs on numbers of type `R`, reusing its stacks.
 #[derive(Debug)]
 pub struct Evaluator<R> {
-    stack: Vec<(R, R)>,
+    stack: Vec<Operand<R>>,
     frames: Vec<[R; 2]>,
 }
 
@@ -47,10 +47,7 @@ impl<R: Number> Evaluator<R> {
         Evaluator::with_depth(program.depth)
     }
     pub(crate) fn with_depth(depth: [usize; 2]) -> Evaluator<R> {
-        Evaluator {
-            stack: vec![(R::zero(), R::zero()); depth[0].max(1)],
-            frames: vec![[R::zero(); 2]; depth[1].max(1)],
-        }
+        Evaluator { stack: vec![Operand::absent(); depth[0].max(1)], frames: vec![[R::zero(); 2]; depth[1].max(1)] }
     }
     /// Elevation and weight at `x`, without the 0 that stands for elevation off the support: where the weight is 0 the
     /// elevation means nothing.
@@ -74,7 +71,7 @@ impl<R: Number> Evaluator<R> {
 #[inline(always)]
 fn run<R: Number, P: Copy + Into<f64>>(
     text: Text<'_, P>,
-    stack: &mut [(R, R)],
+    stack: &mut [Operand<R>],
     frames: &mut [[R; 2]],
     x: [R; 2],
 ) -> (R, R) {
@@ -87,7 +84,7 @@ fn run<R: Number, P: Copy + Into<f64>>(
         match *instruction {
             Instruction::Disc { at } => {
                 let p = tail(at);
-                stack[top] = (disc::elevation(p), disc::weight(p, here));
+                stack[top] = Operand::new(disc::elevation(p), disc::weight(p, here));
                 top += 1;
             }
             Instruction::NoiseDisc { at, combination, first, octaves } => {
@@ -101,15 +98,17 @@ fn run<R: Number, P: Copy + Into<f64>>(
                     let octaves = &text.octaves[first as usize..(first + octaves) as usize];
                     elevation = elevation + combination.plane(octaves, at);
                 }
-                stack[top] = (elevation, weight);
+                stack[top] = Operand::new(elevation, weight);
                 top += 1;
             }
             Instruction::Curve { at, segments, pieces } => {
-                stack[top] = curve::sample(tail(at), usize::from(segments), usize::from(pieces), here);
+                let (elevation, weight) = curve::sample(tail(at), usize::from(segments), usize::from(pieces), here);
+                stack[top] = Operand::new(elevation, weight);
                 top += 1;
             }
             Instruction::Image { at, image, base } => {
-                stack[top] = image::sample(tail(at), &text.images[usize::from(image)], base, here);
+                let (elevation, weight) = image::sample(tail(at), &text.images[usize::from(image)], base, here);
+                stack[top] = Operand::new(elevation, weight);
                 top += 1;
             }
             Instruction::Blend { operands } => {
@@ -137,7 +136,7 @@ fn run<R: Number, P: Copy + Into<f64>>(
             }
         }
     }
-    if top == 0 { (R::zero(), R::zero()) } else { stack[0] }
+    if top == 0 { (R::zero(), R::zero()) } else { (stack[0].elevation, stack[0].weight) }
 }
 
 impl Evaluator<f64> {
