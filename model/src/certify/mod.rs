@@ -31,7 +31,7 @@ pub enum Verdict<const N: usize> {
     Undecided {
         /// A part that was left.
         open: [Interval; N],
-        /// The best bound on it.
+        /// A bound on it, above the target; where a direction patch has several vertices, of the first that failed.
         bound: f64,
         /// Parts looked at.
         boxes: u64,
@@ -41,7 +41,7 @@ pub enum Verdict<const N: usize> {
 /// The answer about one part of the box.
 #[derive(Clone, Copy, Debug)]
 pub struct Upper {
-    /// No value on the part exceeds this.
+    /// No value on the part exceeds this, if it is at most the target.
     pub bound: f64,
     /// The axis to split when the bound is not good enough.
     pub axis: usize,
@@ -63,6 +63,8 @@ pub trait Objective<const N: usize>: Sync {
 const NARROWEST: f64 = 1e-9;
 /// Parts that a root is cut into beforehand, so that threads share them; fixed, so that counts do not depend on threads.
 const PIECES: usize = 256;
+/// Climbs that try to refute before a proof is attempted.
+const SCOUTS: u32 = 16;
 
 /// Is the function at most `target` on `root`? `budget` is the most parts looked at in one of 256 pieces of the root.
 pub fn prove_below<const N: usize>(
@@ -71,6 +73,11 @@ pub fn prove_below<const N: usize>(
     target: f64,
     budget: u64,
 ) -> Verdict<N> {
+    // A false target is best refuted at a summit: a depth-first search meets the level set first and gets stuck there.
+    let (witness, value) = climb(objective, root, 1, SCOUTS);
+    if value > target {
+        return Verdict::Refuted { witness, value };
+    }
     let verdicts: Vec<Verdict<N>> = pieces(root)
         .par_iter()
         .map(|piece| {
@@ -216,7 +223,8 @@ impl<O> Search<'_, O> {
     }
 }
 
-/// The largest upper bound over `variants` of a function on a box, and how much each axis matters.
+/// The largest upper bound over `variants` of a function on a box, or the first one above the target, and how much
+/// each axis matters.
 ///
 /// `prepare` does what the variants share; `evaluate` encloses the value and the slopes on the box prepared. Three
 /// forms are tried in turn until one is at most the target: the natural one; the mean-value form about the middle; and
@@ -261,6 +269,10 @@ pub(crate) fn sharpen<const D: usize, S>(
             }
         }
         worst = worst.max(bound);
+        if bound > target {
+            // The part will be split whatever the other variants say.
+            break;
+        }
     }
     (worst, effect)
 }

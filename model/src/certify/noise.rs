@@ -314,10 +314,12 @@ pub fn simplex3_range(target: f64, budget: u64) -> Verdict<3> {
 pub fn simplex3_slope(target: f64, budget: u64) -> [Verdict<5>; 2] {
     [0, 1].map(|face| prove_below(&simplex3_face(face), simplex3_slope_root(), target, budget))
 }
-pub(crate) fn simplex3_face(face: usize) -> Slope<Simplex3> {
+/// The slope of simplex noise along the directions of one face, 0 or 1, of [`simplex3_slope`].
+pub fn simplex3_face(face: usize) -> Slope<Simplex3> {
     Slope { noise: Simplex3, face, ordered: face == 1 }
 }
-pub(crate) fn simplex3_slope_root() -> [Interval; 5] {
+/// The box of points and directions for [`simplex3_face`].
+pub fn simplex3_slope_root() -> [Interval; 5] {
     let [x, y, z] = simplex_root();
     [x, y, z, Interval::symmetric(1.0), Interval::symmetric(1.0)]
 }

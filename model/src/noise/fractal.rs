@@ -197,12 +197,20 @@ impl Combination {
     /// Elevation at `x`, metres from the origin the octaves were placed for: gradient noise in the plane.
     #[inline(always)]
     pub fn plane<R: NoiseValue>(&self, octaves: &[Octave<2>], x: [R; 2]) -> R {
-        self.combine(octaves, |octave| R::gradient2(octave.lattice, octave.coordinates(x)))
+        self.combine(
+            octaves,
+            #[inline(always)]
+            |octave| R::gradient2(octave.lattice, octave.coordinates(x)),
+        )
     }
     /// Value at `x`, metres from the origin the octaves were placed for: gradient noise in space.
     #[inline(always)]
     pub fn space<R: NoiseValue>(&self, octaves: &[Octave<3>], x: [R; 3]) -> R {
-        self.combine(octaves, |octave| R::gradient3(octave.lattice, octave.coordinates(x)))
+        self.combine(
+            octaves,
+            #[inline(always)]
+            |octave| R::gradient3(octave.lattice, octave.coordinates(x)),
+        )
     }
 
     /// Range and slope bound of [`Combination::plane`]: every value and every slope in every direction lies within.
