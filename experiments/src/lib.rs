@@ -6,6 +6,8 @@ pub mod genevaux2015;
 mod memory;
 pub mod report;
 pub mod runner;
+pub mod scenes;
+pub mod verbs;
 
 use experiment::Experiment;
 
