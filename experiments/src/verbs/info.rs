@@ -1,6 +1,6 @@
 //! `terrain info`: what a scene or a raster holds.
 
-use super::{SceneArguments, VerbError, print, sampled_range};
+use super::{SceneArguments, VerbError, print, sampled_extent};
 use crate::scenes::BUILTIN;
 use clap::Args;
 use serde_json::{Value, json};
@@ -72,7 +72,7 @@ fn scene(file: &str) -> Result<Value, VerbError> {
                 "bytes": program.bytes(),
                 "bytes_acceleration": program.acceleration_bytes(),
                 "support": [low.x, low.y, high.x, high.y],
-                "elevation_sampled": sampled_range(&program, low, high, SIDE),
+                "elevation_sampled": sampled_extent(&program, low, high, SIDE).map(|extent| extent.elevations),
                 "bounds": {
                     "elevation": [finite(bounds.elevation.lo()), finite(bounds.elevation.hi())],
                     "weight": [bounds.weight.lo(), bounds.weight.hi()],

@@ -129,14 +129,33 @@ impl FromStr for Size {
     }
 }
 
-/// The least and the greatest elevation of a raster of the terrain; `None` when no sample lies on it.
-fn sampled_range(program: &Program, low: DVec2, high: DVec2, side: usize) -> Option<[f64; 2]> {
-    let baked = program.bake(low, (high - low) / (side - 1) as f64, side, side);
-    let on_terrain = baked.elevation.iter().zip(&baked.weight).filter(|(_, weight)| f64::from(**weight) >= THRESHOLD);
-    on_terrain.fold(None, |range: Option<[f64; 2]>, (elevation, _)| {
+/// What a raster of samples finds of the terrain.
+struct Extent {
+    /// South-west corner of the samples on the terrain, metres.
+    low: DVec2,
+    /// North-east corner.
+    high: DVec2,
+    /// Least and greatest elevation, metres.
+    elevations: [f64; 2],
+}
+
+/// The terrain on `side` × `side` samples of a box; `None` when none lies on it.
+fn sampled_extent(program: &Program, low: DVec2, high: DVec2, side: usize) -> Option<Extent> {
+    let spacing = (high - low) / (side - 1) as f64;
+    let baked = program.bake(low, spacing, side, side);
+    let mut extent: Option<Extent> = None;
+    for (k, (elevation, weight)) in baked.elevation.iter().zip(&baked.weight).enumerate() {
+        if f64::from(*weight) < THRESHOLD {
+            continue;
+        }
+        let p = low + spacing * DVec2::new((k % side) as f64, (k / side) as f64);
         let z = f64::from(*elevation);
-        Some(range.map_or([z, z], |[lo, hi]| [lo.min(z), hi.max(z)]))
-    })
+        let so_far = extent.get_or_insert(Extent { low: p, high: p, elevations: [z, z] });
+        so_far.low = so_far.low.min(p);
+        so_far.high = so_far.high.max(p);
+        so_far.elevations = [so_far.elevations[0].min(z), so_far.elevations[1].max(z)];
+    }
+    extent
 }
 
 /// A bar on a terminal, nothing anywhere else.

@@ -1,9 +1,9 @@
 //! `terrain render`: a picture of a scene by one of the tracers.
 
 use super::picture::{self, Format, Stats};
-use super::{SceneArguments, Size, VerbError, print, progress, sampled_range};
+use super::{Extent, SceneArguments, Size, VerbError, print, progress, sampled_extent};
 use clap::{Args, ValueEnum};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -15,6 +15,10 @@ use terrain_model::trace::{Answer, HeightRay, Settings, Surface, Tracer};
 
 /// The name of the certified tracer, on the command line and in statistics.
 pub(super) const CERTIFIED: &str = "certified";
+
+/// The least step at the border of the domain, metres: far below a pixel of any scene. A ray that all but touches the border
+/// creeps along it, so the default of the tracers, made for comparisons, would give such a ray up.
+const EDGE: f64 = 1e-3;
 
 /// How rays are followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -68,13 +72,14 @@ impl Render {
         Format::of(&self.out)?;
         let (scene, program) = self.scene.load()?;
         let (low, high) = self.scene.support(&program)?;
-        let elevations = sampled_range(&program, low, high, 128).unwrap_or([0.0, 1.0]);
-        let placement = self.placement(&scene, low, high, elevations)?;
+        // The support's margin, where weights fade out, shows nothing: frame what lies on the terrain.
+        let extent = sampled_extent(&program, low, high, 128).unwrap_or(Extent { low, high, elevations: [0.0, 1.0] });
+        let placement = self.placement(&scene, &extent)?;
         let camera = Camera::new(&placement, self.size.width, self.size.height);
-        let look = Look { shadows: !self.no_shadows, ..Look::over(low, high, elevations) };
+        let look = Look { shadows: !self.no_shadows, ..Look::over(extent.low, extent.high, extent.elevations) };
 
         let surface = Surface::new(&program);
-        let settings = Settings::default();
+        let settings = Settings { edge: EDGE, ..Settings::default() };
         let mut pixels = vec![Pixel::EMPTY; self.size.width * self.size.height];
         let bar = progress(self.size.height as u64, "tracing");
         let start = Instant::now();
@@ -130,15 +135,9 @@ impl Render {
         Ok(())
     }
 
-    fn placement(
-        &self,
-        scene: &Scene,
-        low: DVec2,
-        high: DVec2,
-        elevations: [f64; 2],
-    ) -> Result<CameraPlacement, VerbError> {
+    fn placement(&self, scene: &Scene, extent: &Extent) -> Result<CameraPlacement, VerbError> {
         let Some(name) = &self.camera else {
-            return Ok(scene.cameras.values().next().copied().unwrap_or_else(|| overview(low, high, elevations)));
+            return Ok(scene.cameras.values().next().copied().unwrap_or_else(|| overview(extent)));
         };
         scene.cameras.get(name).copied().ok_or_else(|| {
             let names: Vec<&str> = scene.cameras.keys().map(String::as_str).collect();
@@ -152,8 +151,8 @@ impl Render {
     }
 }
 
-/// The whole support, seen from the south-west.
-fn overview(low: DVec2, high: DVec2, elevations: [f64; 2]) -> CameraPlacement {
+/// The whole terrain, seen from the south-west.
+fn overview(&Extent { low, high, elevations }: &Extent) -> CameraPlacement {
     let centre = (0.5 * (low + high)).extend(0.5 * (elevations[0] + elevations[1]));
     let radius = 0.5 * (high - low).length();
     let eye = centre + DVec3::new(-1.0, -1.15, 0.8).normalize() * (2.1 * radius);

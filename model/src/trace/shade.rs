@@ -14,15 +14,19 @@ pub struct Look {
     pub elevations: [f64; 2],
     /// Distance at which haze takes half of the colour, metres.
     pub haze: f64,
+    /// Elevation of the underside, metres: a cut below it is not drawn, so that the terrain looks like a block. It is
+    /// traced as any other.
+    pub floor: f64,
     /// Whether the ground casts shadows: one more ray for each pixel that faces the sun.
     pub shadows: bool,
 }
 
 impl Look {
-    /// Afternoon light from the west over a terrain with opposite corners `low` and `high`, ground between `elevations`.
+    /// Light from the south-west over a terrain with opposite corners `low` and `high`, ground between `elevations`.
     pub fn over(low: DVec2, high: DVec2, elevations: [f64; 2]) -> Look {
         let size = (high - low).length();
-        Look { sun: DVec3::new(-0.80, 0.22, 0.48).normalize(), elevations, haze: 9.0 * size, shadows: true }
+        let sun = DVec3::new(-0.86, -0.24, 0.40).normalize();
+        Look { sun, elevations, haze: 14.0 * size, floor: elevations[0] - 0.02 * size, shadows: true }
     }
 }
 
@@ -91,8 +95,9 @@ pub fn shade<'a>(
     look: &Look,
 ) -> Pixel {
     let sky = sky(ray.direction, look);
-    let Some(t) = answer.distance() else {
-        let colour = if matches!(answer, Answer::Miss) { sky } else { DVec3::new(1.0, 0.0, 1.0) };
+    let below = matches!(answer, Answer::Wall { t } if ray.at(t).z < look.floor);
+    let Some(t) = answer.distance().filter(|_| !below) else {
+        let colour = if matches!(answer, Answer::GaveUp { .. }) { DVec3::new(1.0, 0.0, 1.0) } else { sky };
         return Pixel { answer, colour: colour.as_vec3().to_array(), ..Pixel::EMPTY };
     };
     field.aim(*ray);
@@ -134,8 +139,8 @@ const SOILS: [(f64, DVec3); 6] = [
     (0.18, DVec3::new(0.135, 0.175, 0.062)),
     (0.40, DVec3::new(0.200, 0.205, 0.085)),
     (0.62, DVec3::new(0.300, 0.265, 0.150)),
-    (0.82, DVec3::new(0.360, 0.335, 0.285)),
-    (0.97, DVec3::new(0.820, 0.840, 0.870)),
+    (0.84, DVec3::new(0.360, 0.335, 0.285)),
+    (1.00, DVec3::new(0.820, 0.840, 0.870)),
 ];
 
 fn relative(elevation: f64, look: &Look) -> f64 {
@@ -147,14 +152,14 @@ fn ground(elevation: f64, gradient: DVec2, look: &Look) -> DVec3 {
     let soil =
         SOILS.windows(2).fold(SOILS[0].1, |colour, pair| colour.lerp(pair[1].1, smooth(pair[0].0, pair[1].0, height)));
     let rock = DVec3::new(0.235, 0.205, 0.170).lerp(DVec3::new(0.400, 0.375, 0.345), smooth(0.1, 0.9, height));
-    // Soil thins on slopes from 20° on, and bare rock stands from 45°.
-    soil.lerp(rock, smooth(0.36, 1.0, gradient.length()))
+    // Soil thins on slopes from 17° on, and bare rock stands from 40°.
+    soil.lerp(rock, smooth(0.30, 0.85, gradient.length()))
 }
 
 /// The cut of the model, as a section is drawn: a thin soil over bands of rock.
 fn section(z: f64, elevation: f64, look: &Look) -> DVec3 {
-    let span = (look.elevations[1] - look.elevations[0]).max(1e-9);
-    let bands = (z - look.elevations[0]) / (0.16 * span);
+    let span = (look.elevations[1] - look.floor).max(1e-9);
+    let bands = (z - look.floor) / (0.14 * span);
     let within = bands - bands.floor();
     let band = smooth(0.40, 0.50, within) - smooth(0.90, 1.0, within);
     let rock = DVec3::new(0.205, 0.165, 0.130).lerp(DVec3::new(0.275, 0.230, 0.185), band);
@@ -162,8 +167,8 @@ fn section(z: f64, elevation: f64, look: &Look) -> DVec3 {
 }
 
 fn light(sun: f64, normal: DVec3) -> DVec3 {
-    let sunlight = DVec3::new(1.0, 0.90, 0.74) * (2.9 * sun);
-    let sky = DVec3::new(0.40, 0.53, 0.74) * (0.42 + 0.34 * normal.z);
+    let sunlight = DVec3::new(1.0, 0.90, 0.74) * (3.2 * sun);
+    let sky = DVec3::new(0.36, 0.49, 0.70) * (0.20 + 0.30 * normal.z);
     // What the ground opposite sends back.
     sunlight + sky + DVec3::new(0.17, 0.14, 0.10) * (1.0 - normal.z)
 }
