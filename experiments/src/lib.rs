@@ -7,6 +7,7 @@ mod memory;
 pub mod report;
 pub mod runner;
 pub mod scenes;
+pub mod verbs;
 
 use experiment::Experiment;
 

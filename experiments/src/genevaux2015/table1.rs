@@ -4,7 +4,7 @@ use super::rays::{Family, Ground, Tally, compare, total};
 use super::scenes::{TableScene, table_scenes};
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Cell, Compared, Comparison, Outcome, Picture, Table, Tolerance};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use std::time::Instant;
 use terrain_model::bounds::THRESHOLD;
 use terrain_model::certify::slope::slope_supremum;
@@ -283,8 +283,9 @@ fn pictures(
     let placement =
         scene.scene.cameras.get("main").ok_or_else(|| ExperimentError::failed("a scene needs a main camera"))?;
     let camera = Camera::new(placement, width as usize, height as usize);
-    let size = row.extent_km[0] * 1000.0;
-    let look = Look { sun: DVec3::new(-0.55, 0.35, 0.62).normalize(), elevations, haze: 6.0 * size };
+    let extent = DVec2::from_array(row.extent_km) * 1000.0;
+    // Shadow rays would be counted apart; the paper's counts have none.
+    let look = Look { shadows: false, ..Look::over(DVec2::ZERO, extent, elevations) };
     for tracer in Tracer::ALL {
         let start = Instant::now();
         let pixels = render(surface, &camera, tracer, settings, &look);
