@@ -8,6 +8,7 @@
 
 use super::{Number, Parameters};
 use crate::bounds::{Bounds, Region, times_up};
+use crate::certify::cover::largest_over;
 use crate::dual::Dual;
 use crate::falloff::{WYVILL_SLOPE, wyvill};
 use crate::interval::Interval;
@@ -106,22 +107,12 @@ fn enclose(
 /// Boxes that the compiler looks at to bound the slope of one curve.
 const COMPILE_BUDGET: usize = 20_000;
 
-/// A slope bound over the whole support of a compiled curve: the steepest of boxes that cover it, the worst of them
-/// split until none is steeper than the steepest that is already as small as a quarter of the joint, or the budget ends.
+/// A slope bound over the whole support of a compiled curve.
 pub fn support_slope(p: &[f64], segments: usize, pieces: usize) -> f64 {
     let p = Parameters(p);
     let radius = Real::sqrt(Interval::point(1.0) / Interval::point(p.0[0])).hi();
     let smallest = 0.25 / p.0[2].sqrt();
     let reach = Interval::symmetric(radius);
-    let mut parts: Vec<(f64, [Interval; 2])> = Vec::new();
-    let add = |parts: &mut Vec<(f64, [Interval; 2])>, extent: [Interval; 2]| {
-        let u = nearest_squared(p, segments, &Region { extent, ends: None }) * Interval::point(p.0[0]);
-        if u.lo() < 1.0 {
-            let slope = enclose(p, segments, pieces, extent).2;
-            let at = parts.partition_point(|part| part.0 < slope);
-            parts.insert(at, (slope, extent));
-        }
-    };
     let mut whole: Option<[Interval; 2]> = None;
     for segment in 0..segments {
         let k = WIDTH + segment * SEGMENT_WIDTH;
@@ -134,26 +125,10 @@ pub fn support_slope(p: &[f64], segments: usize, pieces: usize) -> f64 {
         }
     }
     let Some(whole) = whole else { return 0.0 };
-    add(&mut parts, whole);
-    let mut settled = 0.0f64;
-    for _ in 0..COMPILE_BUDGET {
-        let Some((slope, extent)) = parts.pop() else { return settled };
-        if slope <= settled {
-            return settled;
-        }
-        let axis = usize::from(extent[1].width() > extent[0].width());
-        if extent[axis].width() < smallest {
-            settled = slope;
-            continue;
-        }
-        let middle = extent[axis].middle();
-        for half in [Interval::new(extent[axis].lo(), middle), Interval::new(middle, extent[axis].hi())] {
-            let mut extent = extent;
-            extent[axis] = half;
-            add(&mut parts, extent);
-        }
-    }
-    parts.last().map_or(settled, |part| part.0.max(settled))
+    largest_over(whole, smallest, COMPILE_BUDGET, |extent| {
+        let u = nearest_squared(p, segments, &Region { extent, ends: None }) * Interval::point(p.0[0]);
+        (u.lo() < 1.0).then(|| enclose(p, segments, pieces, extent).2)
+    })
 }
 
 /// Encloses the squared distance to the skeleton over a region.
