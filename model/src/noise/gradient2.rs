@@ -59,11 +59,12 @@ pub fn corners<R: Real>([x, y]: [R; 2], [(u, du), (v, dv)]: [(R, R); 2]) -> [Cor
     let one = R::one();
     let (us, dus, xs) = ([one - u, u], [-du, du], [x, x - one]);
     let (vs, dvs, ys) = ([one - v, v], [-dv, dv], [y, y - one]);
-    let corner = |c: usize| {
-        let (i, j) = (c & 1, c >> 1);
-        Corner { weight: us[i] * vs[j], slope: [dus[i] * vs[j], us[i] * dvs[j]], offset: [xs[i], ys[j]] }
-    };
-    [corner(0), corner(1), corner(2), corner(3)]
+    [
+        Corner { weight: us[0] * vs[0], slope: [dus[0] * vs[0], us[0] * dvs[0]], offset: [xs[0], ys[0]] },
+        Corner { weight: us[1] * vs[0], slope: [dus[1] * vs[0], us[1] * dvs[0]], offset: [xs[1], ys[0]] },
+        Corner { weight: us[0] * vs[1], slope: [dus[0] * vs[1], us[0] * dvs[1]], offset: [xs[0], ys[1]] },
+        Corner { weight: us[1] * vs[1], slope: [dus[1] * vs[1], us[1] * dvs[1]], offset: [xs[1], ys[1]] },
+    ]
 }
 
 #[cfg(test)]

@@ -31,22 +31,24 @@ pub fn edge(hash: u32) -> [f64; 3] {
 /// The noise at `t` in [0, 1]³ of a cell with corner gradients `g`; corner number x + 2y + 4z.
 #[inline(always)]
 pub fn cell<R: Real>(t: [R; 3], g: &[[R; 3]; 8]) -> R {
-    let f = t.map(|t| fade(t).0);
-    let near = t;
-    let far = t.map(|t| t - R::one());
-    let height = |c: usize| {
-        let pick = |bit: usize, k: usize| if c & bit == 0 { near[k] } else { far[k] };
-        dot(g[c], [pick(1, 0), pick(2, 1), pick(4, 2)])
-    };
-    let row = |c: usize| lerp(height(c), height(c + 1), f[0]);
-    let layer = |c: usize| lerp(row(c), row(c + 2), f[1]);
-    lerp(layer(0), layer(4), f[2])
+    let f = [fade(t[0]).0, fade(t[1]).0, fade(t[2]).0];
+    let far = [t[0] - R::one(), t[1] - R::one(), t[2] - R::one()];
+    let (x, y) = ([t[0], far[0]], [t[1], far[1]]);
+    let low = lerp(row(g, 0, x, y[0], t[2], f[0]), row(g, 2, x, y[1], t[2], f[0]), f[1]);
+    let high = lerp(row(g, 4, x, y[0], far[2], f[0]), row(g, 6, x, y[1], far[2], f[0]), f[1]);
+    lerp(low, high, f[2])
+}
+
+/// Along the edge from corner `c` in direction x.
+#[inline(always)]
+fn row<R: Real>(g: &[[R; 3]; 8], c: usize, x: [R; 2], y: R, z: R, f: R) -> R {
+    lerp(dot(g[c], [x[0], y, z]), dot(g[c + 1], [x[1], y, z]), f)
 }
 
 /// [`cell`] with its gradient.
 #[inline(always)]
 pub fn cell_jet<R: Real>(t: [R; 3], g: &[[R; 3]; 8]) -> [R; 4] {
-    let [dx, dy, dz] = gradient(&corners(t, t.map(fade)), g);
+    let [dx, dy, dz] = gradient(&corners(t, [fade(t[0]), fade(t[1]), fade(t[2])]), g);
     [cell(t, g), dx, dy, dz]
 }
 
@@ -54,20 +56,43 @@ pub fn cell_jet<R: Real>(t: [R; 3], g: &[[R; 3]; 8]) -> [R; 4] {
 #[inline(always)]
 pub fn corners<R: Real>(t: [R; 3], fades: [(R, R); 3]) -> [Corner<R, 3>; 8] {
     let one = R::one();
-    let weights = fades.map(|(f, _)| [one - f, f]);
-    let slopes = fades.map(|(_, df)| [-df, df]);
-    let offsets = t.map(|t| [t, t - one]);
-    let corner = |c: usize| {
-        let (i, j, k) = (c & 1, (c >> 1) & 1, c >> 2);
-        let (a, b, e) = (weights[0][i], weights[1][j], weights[2][k]);
+    let [(u, du), (v, dv), (w, dw)] = fades;
+    let weights = [[one - u, u], [one - v, v], [one - w, w]];
+    let slopes = [[-du, du], [-dv, dv], [-dw, dw]];
+    let offsets = [[t[0], t[0] - one], [t[1], t[1] - one], [t[2], t[2] - one]];
+    let (low, high) = (Layer { weights, slopes, offsets, k: 0 }, Layer { weights, slopes, offsets, k: 1 });
+    [
+        low.corner(0, 0),
+        low.corner(1, 0),
+        low.corner(0, 1),
+        low.corner(1, 1),
+        high.corner(0, 0),
+        high.corner(1, 0),
+        high.corner(0, 1),
+        high.corner(1, 1),
+    ]
+}
+
+/// The four corners at one z.
+struct Layer<R> {
+    weights: [[R; 2]; 3],
+    slopes: [[R; 2]; 3],
+    offsets: [[R; 2]; 3],
+    k: usize,
+}
+
+impl<R: Real> Layer<R> {
+    #[inline(always)]
+    fn corner(&self, i: usize, j: usize) -> Corner<R, 3> {
+        let Layer { weights, slopes, offsets, k } = self;
+        let (a, b, e) = (weights[0][i], weights[1][j], weights[2][*k]);
         let be = b * e;
         Corner {
             weight: a * be,
-            slope: [slopes[0][i] * be, slopes[1][j] * (a * e), slopes[2][k] * (a * b)],
-            offset: [offsets[0][i], offsets[1][j], offsets[2][k]],
+            slope: [slopes[0][i] * be, slopes[1][j] * (a * e), slopes[2][*k] * (a * b)],
+            offset: [offsets[0][i], offsets[1][j], offsets[2][*k]],
         }
-    };
-    [corner(0), corner(1), corner(2), corner(3), corner(4), corner(5), corner(6), corner(7)]
+    }
 }
 
 #[cfg(test)]

@@ -80,15 +80,22 @@ impl Keys {
     }
     #[inline(always)]
     fn column<W: Word>(self, x: W) -> W {
-        x.map(|x| {
-            // Not 16: the finish begins with that shift, which would undo this one.
-            let h = x.wrapping_add(self.0[0]).wrapping_mul(GOLDEN);
-            h ^ (h >> 13)
-        })
+        x.map(
+            #[inline(always)]
+            |x| {
+                // Not 16: the finish begins with that shift, which would undo this one.
+                let h = x.wrapping_add(self.0[0]).wrapping_mul(GOLDEN);
+                h ^ (h >> 13)
+            },
+        )
     }
     #[inline(always)]
     fn pair<W: Word>(self, column: W, y: W) -> W {
-        column.zip(y, |h, y| h ^ y.wrapping_add(self.0[1]).wrapping_mul(SECOND))
+        column.zip(
+            y,
+            #[inline(always)]
+            |h, y| h ^ y.wrapping_add(self.0[1]).wrapping_mul(SECOND),
+        )
     }
     /// The hash of a point of the plane lattice.
     #[inline(always)]
@@ -98,11 +105,18 @@ impl Keys {
     /// The hash of a point of the space lattice.
     #[inline(always)]
     pub fn point3<W: Word>(self, x: W, y: W, z: W) -> W {
-        let plane = self.pair(self.column(x), y).map(|h| {
-            let h = h.wrapping_mul(THIRD);
-            h ^ (h >> 15)
-        });
-        plane.zip(z, |h, z| finish(h ^ z.wrapping_add(self.0[2]).wrapping_mul(SECOND)))
+        let plane = self.pair(self.column(x), y).map(
+            #[inline(always)]
+            |h| {
+                let h = h.wrapping_mul(THIRD);
+                h ^ (h >> 15)
+            },
+        );
+        plane.zip(
+            z,
+            #[inline(always)]
+            |h, z| finish(h ^ z.wrapping_add(self.0[2]).wrapping_mul(SECOND)),
+        )
     }
     /// The hashes of the corners of a cell, the x bit of the corner's number lowest.
     #[inline(always)]

@@ -27,15 +27,18 @@ pub fn corner<R: Real>(offset: [R; 3]) -> Corner<R, 3> {
 pub fn corners<R: Real>(offset: [R; 3], first: [R; 3], second: [R; 3]) -> [Corner<R, 3>; 4] {
     let c = R::constant;
     let (third, sixth, half) = (c(1.0 / 3.0), c(1.0 / 6.0), c(0.5));
-    let shift =
-        |step: [R; 3], back: R| [offset[0] - step[0] + back, offset[1] - step[1] + back, offset[2] - step[2] + back];
     // A step along an axis in skewed coordinates is (1, 0, 0) − (1, 1, 1)/6 in space.
     [
         corner(offset),
-        corner(shift(first, sixth)),
-        corner(shift(second, third)),
+        corner(shift(offset, first, sixth)),
+        corner(shift(offset, second, third)),
         corner([offset[0] - half, offset[1] - half, offset[2] - half]),
     ]
+}
+
+#[inline(always)]
+fn shift<R: Real>(offset: [R; 3], step: [R; 3], back: R) -> [R; 3] {
+    [offset[0] - step[0] + back, offset[1] - step[1] + back, offset[2] - step[2] + back]
 }
 
 /// The noise with corner gradients `g` (±1, ±1, 0 in some order).

@@ -53,19 +53,38 @@ impl<const N: usize> Walk for Lanes<N> {
     #[inline(always)]
     fn cell(self) -> (LaneWords<N>, Self) {
         let (integers, numbers) = self.floor();
-        (LaneWords(integers.map(|i| i as u32)), self - numbers)
+        let mut words = [0; N];
+        for i in 0..N {
+            words[i] = integers[i] as u32;
+        }
+        (LaneWords(words), self - numbers)
     }
     #[inline(always)]
     fn integer(word: LaneWords<N>) -> Self {
-        Lanes(word.0.map(|w| w as i32 as f32))
+        let mut out = [0.0; N];
+        for i in 0..N {
+            out[i] = word.0[i] as i32 as f32;
+        }
+        Lanes(out)
     }
     #[inline(always)]
     fn direction(hash: LaneWords<N>) -> [Self; 2] {
-        [Lanes(hash.0.map(gradient2::direction_x)), Lanes(hash.0.map(gradient2::direction_y))]
+        let (mut x, mut y) = ([0.0; N], [0.0; N]);
+        for i in 0..N {
+            x[i] = gradient2::direction_x(hash.0[i]);
+            y[i] = gradient2::direction_y(hash.0[i]);
+        }
+        [Lanes(x), Lanes(y)]
     }
     #[inline(always)]
     fn edge(hash: LaneWords<N>) -> [Self; 3] {
-        [0, 1, 2].map(|axis| Lanes(hash.map(|h| gradient3::edge_bits(h, axis)).0.map(f32::from_bits)))
+        let mut out = [Lanes([0.0; N]); 3];
+        for (axis, out) in out.iter_mut().enumerate() {
+            for i in 0..N {
+                out.0[i] = f32::from_bits(gradient3::edge_bits(hash.0[i], axis as u32));
+            }
+        }
+        out
     }
 }
 
@@ -74,19 +93,37 @@ impl<const N: usize> Walk for Lanes<N> {
 fn enter2<R: Walk>(lattice: Lattice<2>, x: [R; 2]) -> ([R; 2], [[R; 2]; 4]) {
     let (i, t) = x[0].cell();
     let (j, s) = x[1].cell();
-    let base = lattice.base.map(|b| b as u32);
-    let index = [i.map(|i| i.wrapping_add(base[0])), j.map(|j| j.wrapping_add(base[1]))];
-    ([t, s], Keys::new(lattice.seed).cell2(index).map(R::direction))
+    let index = [shifted(i, lattice.base[0] as u32), shifted(j, lattice.base[1] as u32)];
+    let [a, b, c, d] = Keys::new(lattice.seed).cell2(index);
+    ([t, s], [R::direction(a), R::direction(b), R::direction(c), R::direction(d)])
 }
 
 /// The fractional position in the cell and the gradients at its corners.
 #[inline(always)]
 fn enter3<R: Walk>(lattice: Lattice<3>, x: [R; 3]) -> ([R; 3], [[R; 3]; 8]) {
-    let [(i, t), (j, s), (k, r)] = x.map(R::cell);
-    let base = lattice.base.map(|b| b as u32);
-    let index =
-        [i.map(|i| i.wrapping_add(base[0])), j.map(|j| j.wrapping_add(base[1])), k.map(|k| k.wrapping_add(base[2]))];
-    ([t, s, r], Keys::new(lattice.seed).cell3(index).map(R::edge))
+    let [(i, t), (j, s), (k, r)] = [x[0].cell(), x[1].cell(), x[2].cell()];
+    let base = lattice.base;
+    let index = [shifted(i, base[0] as u32), shifted(j, base[1] as u32), shifted(k, base[2] as u32)];
+    let h = Keys::new(lattice.seed).cell3(index);
+    let low = [R::edge(h[0]), R::edge(h[1]), R::edge(h[2]), R::edge(h[3])];
+    let high = [R::edge(h[4]), R::edge(h[5]), R::edge(h[6]), R::edge(h[7])];
+    ([t, s, r], [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]])
+}
+
+#[inline(always)]
+fn shifted<W: Word>(word: W, by: u32) -> W {
+    word.map(
+        #[inline(always)]
+        |w| w.wrapping_add(by),
+    )
+}
+#[inline(always)]
+fn plus<W: Word>(a: W, b: W) -> W {
+    a.zip(
+        b,
+        #[inline(always)]
+        |a, b| a.wrapping_add(b),
+    )
 }
 
 /// The corners of the tetrahedron around a point and the gradients there.
@@ -98,38 +135,63 @@ fn enter3<R: Walk>(lattice: Lattice<3>, x: [R; 3]) -> ([R; 3], [[R; 3]; 8]) {
 fn enter_simplex<R: Walk>(lattice: Lattice<3>, x: [R; 3]) -> ([crate::noise::corner::Corner<R, 3>; 4], [[R; 3]; 4]) {
     let c = R::constant;
     let (quotient, rest) = simplex_base(lattice.base);
-    let cells = x.map(R::cell);
-    let whole = cells.map(|(i, _)| i);
-    let part = cells.map(|(_, t)| t);
-    let sum = whole[0].zip(whole[1], u32::wrapping_add).zip(whole[2], u32::wrapping_add);
-    let third = sum.map(|s| (s as i32).div_euclid(3) as u32);
-    let left = sum.zip(third, |s, q| s.wrapping_sub(q.wrapping_mul(3)).wrapping_add(rest));
+    let [(i, t), (j, s), (k, r)] = [x[0].cell(), x[1].cell(), x[2].cell()];
+    let (whole, part) = ([i, j, k], [t, s, r]);
+    let sum = plus(plus(i, j), k);
+    let third = sum.map(
+        #[inline(always)]
+        |s| third(s as i32) as u32,
+    );
+    let left = sum.zip(
+        third,
+        #[inline(always)]
+        |s, q| s.wrapping_sub(q.wrapping_mul(3)).wrapping_add(rest),
+    );
     let remainder = R::integer(left);
-    let skew = (part[0] + part[1] + part[2] + remainder) * c(1.0 / 3.0);
-    let skewed = part.map(|t| (t + skew).cell().0);
-    let step = skewed.map(R::integer);
+    let skew = (t + s + r + remainder) * c(1.0 / 3.0);
+    let skewed = [(t + skew).cell().0, (s + skew).cell().0, (r + skew).cell().0];
+    let step = [R::integer(skewed[0]), R::integer(skewed[1]), R::integer(skewed[2])];
     let unskew = (remainder + (step[0] + step[1] + step[2])) * c(1.0 / 6.0);
     let offset = [part[0] - step[0] + unskew, part[1] - step[1] + unskew, part[2] - step[2] + unskew];
 
     // The order of the coordinates picks one of six tetrahedra: steps along the largest, then the second largest.
     let [px, py, pz] = offset;
     let (x_y, x_z, y_z) = (py.less(px), pz.less(px), pz.less(py));
-    let bit = |mask: R::Mask| R::select(mask, R::one(), R::zero());
-    let first = [bit(x_y.and(x_z)), bit(x_y.not().and(y_z)), bit(x_z.not().and(y_z.not()))];
-    let second = [bit(x_y.or(x_z)), bit(x_y.not().or(y_z)), bit(x_z.not().or(y_z.not()))];
+    let first = [bit::<R>(x_y.and(x_z)), bit::<R>(x_y.not().and(y_z)), bit::<R>(x_z.not().and(y_z.not()))];
+    let second = [bit::<R>(x_y.or(x_z)), bit::<R>(x_y.not().or(y_z)), bit::<R>(x_z.not().or(y_z.not()))];
 
     let keys = Keys::new(lattice.seed);
     let mut index = skewed;
     for k in 0..3 {
         let base = (lattice.base[k] as u32).wrapping_add(quotient);
-        index[k] = index[k].zip(whole[k], u32::wrapping_add).zip(third, |i, q| i.wrapping_add(q).wrapping_add(base));
+        index[k] = shifted(plus(plus(index[k], whole[k]), third), base);
     }
-    let at = |step: [R; 3]| {
-        let moved = |k: usize| index[k].zip(step[k].cell().0, u32::wrapping_add);
-        R::edge(keys.point3(moved(0), moved(1), moved(2)))
-    };
-    let gradients = [at([R::zero(); 3]), at(first), at(second), at([R::one(); 3])];
+    let gradients = [
+        at(keys, index, [R::zero(); 3]),
+        at(keys, index, first),
+        at(keys, index, second),
+        at(keys, index, [R::one(); 3]),
+    ];
     (simplex3::corners(offset, first, second), gradients)
+}
+
+/// 1 where the mask holds, else 0.
+#[inline(always)]
+fn bit<R: Real>(mask: R::Mask) -> R {
+    R::select(mask, R::one(), R::zero())
+}
+
+/// The gradient at the corner that lies `step` from `index`.
+#[inline(always)]
+fn at<R: Walk>(keys: Keys, index: [R::Word; 3], step: [R; 3]) -> [R; 3] {
+    let [i, j, k] = [step[0].cell().0, step[1].cell().0, step[2].cell().0];
+    R::edge(keys.point3(plus(index[0], i), plus(index[1], j), plus(index[2], k)))
+}
+
+/// ⌊sum / 3⌋.
+#[inline(always)]
+fn third(sum: i32) -> i32 {
+    sum.div_euclid(3)
 }
 
 /// ⌊Σ base / 3⌋ and what it leaves.
