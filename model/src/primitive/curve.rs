@@ -60,9 +60,31 @@ pub fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segments: usize,
     if !R::zero().less(weight).may_hold() {
         return (R::zero(), weight);
     }
-    let mut parts = [(R::zero(), R::zero()); MAX_SEGMENTS];
+    // Room for 64 segments of lanes is 8 KiB to clear; most curves have few.
+    let elevation = if segments <= FEW {
+        joined::<R, P, FEW>(p, segments, pieces, x, nearest)
+    } else {
+        joined::<R, P, MAX_SEGMENTS>(p, segments, pieces, x, nearest)
+    };
+    (elevation, weight)
+}
+
+/// Segments of a short curve.
+const FEW: usize = 8;
+
+/// The mean elevation of the segments, of which there are at most `N`, that lie about as near as the nearest.
+#[inline(always)]
+fn joined<R: Number, P: Copy + Into<f64>, const N: usize>(
+    p: Parameters<P>,
+    segments: usize,
+    pieces: usize,
+    x: [R; 2],
+    nearest: R,
+) -> R {
+    let section = Parameters(&p.0[WIDTH + segments * SEGMENT_WIDTH..]);
+    let mut parts = [(R::zero(), R::zero()); N];
     let mut count = 0;
-    for segment in 0..segments.min(MAX_SEGMENTS) {
+    for segment in 0..segments.min(N) {
         let foot = foot(p, segment, x);
         let excess = (foot.distance_squared - nearest).max(R::zero()) * p.get::<R>(2);
         if excess.less(R::one()).may_hold() {
@@ -72,7 +94,7 @@ pub fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segments: usize,
         }
     }
     // The nearest segment has weight 1.
-    (R::weighted_mean(&parts[..count], 1.0).0, weight)
+    R::weighted_mean(&parts[..count], 1.0).0
 }
 
 /// Range and slopes over a region, by running the formula itself on duals of intervals over the region's extent, met
@@ -91,6 +113,12 @@ pub fn bounds(p: Parameters<f64>, segments: usize, pieces: usize, region: &Regio
     let global = times_up(p.0[1], (Real::sqrt(Interval::point(p.0[0])) * Interval::point(WYVILL_SLOPE)).hi());
     let local = Interval::length(weight.slope[0], weight.slope[1]).hi();
     Bounds::primitive(elevation.value, Interval::new(range.lo().max(0.0), range.hi()), slope, local.min(global))
+}
+
+/// Range of the weight alone: all that pruning asks, and much cheaper than [`bounds`].
+pub fn weight_range(p: Parameters<f64>, segments: usize, region: &Region) -> Interval {
+    let range = Interval::point(p.0[1]) * wyvill(nearest_squared(p, segments, region) * Interval::point(p.0[0]));
+    if range.hi() <= 0.0 { Interval::ZERO } else { Interval::new(range.lo().max(0.0), range.hi()) }
 }
 
 /// Encloses the squared distance to the skeleton over a region.

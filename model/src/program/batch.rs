@@ -92,8 +92,8 @@ impl Program {
             .zip(baked.weight.par_chunks_mut(rows.max(1)))
             .enumerate()
             .for_each_init(
-                || (super::BoundsEvaluator::new(self), BatchEvaluator::new(self)),
-                |(bounds, batch), (band, (elevation, weight))| {
+                || (super::Pruner::new(self), BatchEvaluator::new(self)),
+                |(pruner, batch), (band, (elevation, weight))| {
                     let count = elevation.len() / width;
                     for left in (0..width).step_by(TILE) {
                         let columns = (width - left).min(TILE);
@@ -101,7 +101,7 @@ impl Program {
                         let far = corner + DVec2::new(columns as f64 - 1.0, count as f64 - 1.0) * spacing;
                         // A sample's own rounding may step over the edge by an ulp: the box is a hair larger.
                         let slack = DVec2::splat(1e-12) * (corner.abs().max(far.abs()) + spacing);
-                        let pruned = self.prune_with(bounds, Region::rectangle(corner - slack, far + slack));
+                        let pruned = pruner.prune(Region::rectangle(corner - slack, far + slack));
                         let tile = TileProgram::new(&pruned, corner);
                         let n = columns * count;
                         let (mut x, mut y) = (vec![0.0; n], vec![0.0; n]);
