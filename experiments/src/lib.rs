@@ -7,6 +7,8 @@ mod memory;
 pub mod model;
 pub mod report;
 pub mod runner;
+pub mod scenes;
+pub mod verbs;
 
 use experiment::Experiment;
 

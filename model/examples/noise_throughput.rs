@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 use terrain_model::lanes::Lanes;
-use terrain_model::noise::{Lattice, NoiseJet, NoiseValue};
+use terrain_model::noise::{Lattice, NoiseJet, NoiseValue, Octaves, fbm, ridged};
 
 const COUNT: usize = 1 << 22;
 
@@ -78,6 +78,10 @@ fn lanes<const N: usize>() {
     let (y, z) = (Lanes::splat(0.3), Lanes::splat(0.7));
     run!("gradient2", |x| Lanes::gradient2(plane, [x, y]));
     run!("gradient2 jet", |x| Lanes::gradient2_jet(plane, [x, y])[1]);
+    let octaves = Octaves { octaves: 6, frequency: 0.5, lacunarity: 2.0, gain: 0.5, amplitude: 1.0 };
+    let placed = octaves.place(1, [0.0, 0.0]);
+    run!("6 octaves, sum", |x| fbm(&placed, [x, y]));
+    run!("6 octaves, ridged", |x| ridged(&placed, 1.0, 2.0, [x, y]));
     run!("gradient3", |x| Lanes::gradient3(space, [x, y, z]));
     run!("gradient3 jet", |x| Lanes::gradient3_jet(space, [x, y, z])[1]);
     run!("simplex3", |x| Lanes::simplex3(space, [x, y, z]));

@@ -2,7 +2,7 @@
 //! exact gradients; over intervals they give certified slopes.
 
 use crate::interval::Interval;
-use crate::real::{Mask, Real};
+use crate::real::{Mask, Operand, Real};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A value and its derivatives along `K` directions.
@@ -105,12 +105,13 @@ pub trait Differentiable: Real {
         let slope = (x * dx + y * dy) / Self::select(off, length, Self::one());
         Self::select(off, slope, Self::zero())
     }
-    /// The derivative of a weighted mean `mean` = Σ αf / Σ α along one direction, from `(f, α)` and `(f′, α′)`.
+    /// The derivative of a weighted mean `mean` = Σ αf / Σ α along one direction, from the operands' values and their
+    /// derivatives: Σ (α f′ + α′ (f − mean)) / Σ α.
     #[inline(always)]
-    fn mean_slope(parts: impl Iterator<Item = [Self; 4]>, mean: Self, weight: Self) -> Self {
+    fn mean_slope(parts: impl Iterator<Item = [Operand<Self>; 2]>, mean: Self, weight: Self) -> Self {
         let mut sum = Self::zero();
-        for [elevation, part_weight, elevation_slope, weight_slope] in parts {
-            sum = sum + part_weight * elevation_slope + weight_slope * (elevation - mean);
+        for [part, slope] in parts {
+            sum = sum + part.weight * slope.elevation + slope.weight * (part.elevation - mean);
         }
         let positive = Self::zero().less(weight);
         let slope = sum / Self::select(positive, weight, Self::one());
@@ -128,18 +129,22 @@ impl Differentiable for Interval {
         let bound = Interval::symmetric(Interval::length(dx, dy).hi());
         if length.lo() > 0.0 { ((x * dx + y * dy) / length).meet(bound) } else { bound }
     }
-    fn mean_slope(parts: impl Iterator<Item = [Interval; 4]>, mean: Interval, weight: Interval) -> Interval {
+    fn mean_slope(parts: impl Iterator<Item = [Operand<Interval>; 2]>, mean: Interval, weight: Interval) -> Interval {
         if weight.hi() <= 0.0 {
             return Interval::ZERO;
         }
         if weight.lo() <= 0.0 {
-            // No slope bound where all weights may vanish (claims G2), unless a single operand carries them all.
+            // No slope bound where all weights may vanish (claims G2).
             return Interval::ENTIRE;
         }
         let mut sum = Interval::ZERO;
-        for [elevation, part_weight, elevation_slope, weight_slope] in parts {
-            if part_weight.hi() > 0.0 {
-                sum = sum + part_weight * elevation_slope + weight_slope * (elevation - mean);
+        for [part, slope] in parts {
+            if part.weight.hi() > 0.0 {
+                // α f′ = (αf)′ − α′ f: the second form stays bounded where f′ does not.
+                let plain = part.weight * slope.elevation;
+                let unbounded = plain.lo() == f64::NEG_INFINITY || plain.hi() == f64::INFINITY;
+                let carried = if unbounded { slope.product - slope.weight * part.elevation } else { plain };
+                sum = sum + carried + slope.weight * (part.elevation - mean);
             }
         }
         sum / weight
@@ -192,33 +197,43 @@ impl<R: Differentiable, const K: usize> Real for Dual<R, K> {
         let length = R::length(x.value, y.value);
         x.zip(y, length, |dx, dy| R::length_slope(x.value, y.value, length, dx, dy))
     }
+    const ENCLOSES: bool = R::ENCLOSES;
+    #[inline(always)]
+    fn tighten(self, o: Self) -> Self {
+        self.zip(o, self.value.tighten(o.value), |a, b| a.tighten(b))
+    }
     #[inline]
-    fn weighted_mean(parts: &[(Self, Self)], least: f64) -> (Self, Self) {
+    fn weighted_mean(parts: &[Operand<Self>], least: f64) -> Operand<Self> {
         // The values as the number below computes them, bit for bit; the slopes about the mean.
-        let mut values = [(R::zero(), R::zero()); 16];
-        let (mean, weight) = if parts.len() <= 16 {
+        let value_of = |part: &Operand<Self>| part.map(|x| x.value);
+        let mut values = [Operand::absent(); 16];
+        let mean = if parts.len() <= 16 {
             for (value, part) in values.iter_mut().zip(parts) {
-                *value = (part.0.value, part.1.value);
+                *value = value_of(part);
             }
             R::weighted_mean(&values[..parts.len()], least)
         } else {
-            R::weighted_mean(&parts.iter().map(|part| (part.0.value, part.1.value)).collect::<Vec<_>>(), least)
+            R::weighted_mean(&parts.iter().map(value_of).collect::<Vec<_>>(), least)
         };
-        let mut elevation = Dual::fixed(mean);
-        let mut total = Dual::fixed(weight);
+        let mut out = mean.map(Dual::fixed);
         for k in 0..K {
-            let slopes = parts.iter().map(|(f, a)| [f.value, a.value, f.slope[k], a.slope[k]]);
-            elevation.slope[k] = R::mean_slope(slopes, mean, weight);
-            total.slope[k] = parts.iter().fold(R::zero(), |sum, part| sum + part.1.slope[k]);
+            let slopes = parts.iter().map(|part| [value_of(part), part.map(|x| x.slope[k])]);
+            out.elevation.slope[k] = R::mean_slope(slopes, mean.elevation, mean.weight);
+            let sum =
+                |of: fn(&Operand<Self>) -> Self| parts.iter().fold(R::zero(), |sum, part| sum + of(part).slope[k]);
+            out.weight.slope[k] = sum(|part| part.weight);
+            if R::ENCLOSES {
+                out.product.slope[k] = sum(|part| part.product);
+            }
         }
         // An operand that is alone on the whole region is not averaged at all.
-        let mut alone = parts.iter().filter(|part| R::zero().less(part.1.value).may_hold());
-        if let (Some(only), None) = (alone.next(), alone.next())
-            && R::zero().less(only.1.value).must_hold()
+        let mut present = parts.iter().filter(|part| R::zero().less(part.weight.value).may_hold());
+        if let (Some(alone), None) = (present.next(), present.next())
+            && R::zero().less(alone.weight.value).must_hold()
         {
-            elevation.slope = only.0.slope;
+            out.elevation.slope = alone.elevation.slope;
         }
-        (elevation, total)
+        out
     }
 }
 
@@ -233,7 +248,8 @@ mod tests {
         let a = (x * y + c(2.0)).abs() / (x.square() + c(1.0));
         let b = (y.square() + c(0.5)).sqrt() - R::length(x, y + c(3.0));
         let s = R::select(x.less(y), a.min(b), a.max(b));
-        R::weighted_mean(&[(s, x.square() + c(0.1)), (a - b, y.square()), (-b, c(0.3))], 0.0).0
+        let part = Operand::new;
+        R::weighted_mean(&[part(s, x.square() + c(0.1)), part(a - b, y.square()), part(-b, c(0.3))], 0.0).elevation
     }
 
     proptest! {

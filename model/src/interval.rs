@@ -1,7 +1,7 @@
 //! Closed intervals of reals with outward rounding: each operation rounds to nearest and then goes one ulp outward, so
 //! the exact result of + − × ÷ √ over the operands always lies inside. Portable, no rounding modes.
 
-use crate::real::{Mask, Real};
+use crate::real::{Mask, Operand, Real};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A closed interval [lo, hi]; ±∞ ends are allowed, NaN ends are not: an operation that would give one gives the whole
@@ -122,6 +122,12 @@ impl Add for Interval {
     type Output = Interval;
     #[inline(always)]
     fn add(self, o: Interval) -> Interval {
+        // x + 0 is exact. Slopes that are 0 stay 0: widened to ±5e-324 they would be slow and spread.
+        if o == Interval::ZERO {
+            return self;
+        } else if self == Interval::ZERO {
+            return o;
+        }
         Interval::outward(self.lo + o.lo, self.hi + o.hi)
     }
 }
@@ -129,6 +135,11 @@ impl Sub for Interval {
     type Output = Interval;
     #[inline(always)]
     fn sub(self, o: Interval) -> Interval {
+        if o == Interval::ZERO {
+            return self;
+        } else if self == Interval::ZERO {
+            return -o;
+        }
         Interval::outward(self.lo - o.hi, self.hi - o.lo)
     }
 }
@@ -264,32 +275,36 @@ impl Real for Interval {
     fn length(x: Interval, y: Interval) -> Interval {
         Real::sqrt(x.square() + y.square())
     }
+    const ENCLOSES: bool = true;
+    #[inline(always)]
+    fn tighten(self, other: Interval) -> Interval {
+        self.meet(other)
+    }
     /// The quotient where the weight is bounded away from 0, met with the hull of the elevations that can carry weight;
     /// that hull (with 0 where all weights may vanish) elsewhere.
-    fn weighted_mean(parts: &[(Interval, Interval)], least: f64) -> (Interval, Interval) {
+    fn weighted_mean(parts: &[Operand<Interval>], least: f64) -> Operand<Interval> {
         let mut sum = Interval::ZERO;
+        let mut product = Interval::ZERO;
         let mut weight = Interval::ZERO;
         let mut hull: Option<Interval> = None;
         // Deviations from a reference shrink the dependency between numerator and denominator: Σ α (f − c) / Σ α + c.
-        let reference = parts
-            .iter()
-            .filter(|part| part.1.hi > 0.0)
-            .map(|part| part.0.middle())
-            .find(|c| c.is_finite())
-            .unwrap_or(0.0);
-        let c = Interval::point(reference);
-        for &(elevation, part_weight) in parts {
-            let part_weight = Interval { lo: part_weight.lo.max(0.0), hi: part_weight.hi.max(0.0) };
-            weight = Interval { lo: (weight.lo + part_weight.lo).next_down().max(0.0), hi: weight.hi + part_weight.hi };
-            if part_weight.hi > 0.0 {
-                weight.hi = weight.hi.next_up();
-                sum = sum + part_weight * (elevation - c);
-                hull = Some(hull.map_or(elevation, |h| h.hull(elevation)));
+        let mut carried = parts.iter().filter(|part| part.weight.hi > 0.0).map(|part| part.elevation.middle());
+        let c = Interval::point(carried.find(|c| c.is_finite()).unwrap_or(0.0));
+        for part in parts {
+            if part.weight.hi > 0.0 {
+                let part_weight = Interval { lo: part.weight.lo.max(0.0), hi: part.weight.hi };
+                let (lo, hi) =
+                    ((weight.lo + part_weight.lo).next_down().max(0.0), (weight.hi + part_weight.hi).next_up());
+                weight = Interval { lo, hi };
+                sum = sum + part_weight * (part.elevation - c);
+                product = product + part.product;
+                hull = Some(hull.map_or(part.elevation, |h| h.hull(part.elevation)));
             }
         }
+        let Some(hull) = hull else { return Operand::absent() };
         weight.lo = weight.lo.max(least.min(weight.hi));
-        let Some(hull) = hull else { return (Interval::ZERO, Interval::ZERO) };
-        if weight.lo > 0.0 { ((sum / weight + c).meet(hull), weight) } else { (hull.hull(Interval::ZERO), weight) }
+        let elevation = if weight.lo > 0.0 { (sum / weight + c).meet(hull) } else { hull.hull(Interval::ZERO) };
+        Operand { elevation, weight, product }
     }
 }
 
@@ -335,9 +350,9 @@ mod tests {
 
     #[test]
     fn a_weighted_mean_stays_between_its_operands() {
-        let parts =
-            [(Interval::new(1.0, 2.0), Interval::new(0.2, 0.9)), (Interval::new(3.0, 4.0), Interval::new(0.0, 0.5))];
-        let (mean, weight) = Interval::weighted_mean(&parts, 0.0);
+        let operand = |f: (f64, f64), a: (f64, f64)| Operand::new(Interval::new(f.0, f.1), Interval::new(a.0, a.1));
+        let parts = [operand((1.0, 2.0), (0.2, 0.9)), operand((3.0, 4.0), (0.0, 0.5))];
+        let Operand { elevation: mean, weight, .. } = Interval::weighted_mean(&parts, 0.0);
         assert!(mean.lo() >= 1.0 && mean.hi() <= 4.0, "{mean:?}");
         assert!(weight.contains(0.2) && weight.contains(1.4));
         for i in 0..=10 {

@@ -1,6 +1,7 @@
 //! Terrain as a tree of landform primitives (Génevaux 2015), and the ground all other crates stand on.
 
 pub mod bounds;
+pub mod certify;
 pub mod dual;
 pub mod falloff;
 pub mod grid;

@@ -4,7 +4,7 @@
 use crate::bounds::{Bounds, Region, THRESHOLD, over_up, plus_up, times_up};
 use crate::interval::Interval;
 use crate::primitive::{Number, Parameters};
-use crate::real::Real;
+use crate::real::{Operand, Real};
 use serde::{Deserialize, Serialize};
 
 /// What a replacement or an addition does to the weight (Génevaux 2015 §5.2, §5.3).
@@ -21,30 +21,49 @@ pub enum WeightRule {
     CombinePaper,
 }
 
-/// Replacement of `a` by `b`: (1−α_B)·f_A + α_B·f_B with α_B clamped to [0, 1] (claims G24).
+/// t·f with t the weight clamped to [0, 1] (claims G24). An enclosure also has it as α·f / max(α, 1), which stays
+/// smooth where the weight fades out and f itself has no slope bound.
 #[inline(always)]
-pub fn replace<R: Number>(rule: WeightRule, a: (R, R), b: (R, R)) -> (R, R) {
-    let t = b.1.clamp01();
+fn carried<R: Real>(t: R, b: &Operand<R>) -> R {
+    let plain = t * b.elevation;
+    if R::ENCLOSES { (b.product / b.weight.max(R::one())).tighten(plain) } else { plain }
+}
+
+/// Replacement of `a` by `b`: (1−α_B)·f_A + α_B·f_B with α_B clamped to [0, 1].
+#[inline(always)]
+pub fn replace<R: Real>(rule: WeightRule, a: Operand<R>, b: Operand<R>) -> Operand<R> {
+    let t = b.weight.clamp01();
     let keep = R::one() - t;
+    let new = carried(t, &b);
+    let elevation = keep * a.elevation + new;
     match rule {
-        WeightRule::Keep => (keep * a.0 + t * b.0, a.1),
-        WeightRule::Combine => R::weighted_mean(&[(a.0, keep * a.1), (b.0, t.square())], 0.0),
-        WeightRule::CombinePaper => (keep * a.0 + t * b.0, keep * a.1 + t.square()),
+        WeightRule::Keep => {
+            let product = if R::ENCLOSES { keep * a.product + a.weight * new } else { R::zero() };
+            Operand { elevation, weight: a.weight, product }
+        }
+        WeightRule::Combine => {
+            let old = Operand { elevation: a.elevation, weight: keep * a.weight, product: keep * a.product };
+            let new = Operand { elevation: b.elevation, weight: t.square(), product: t * new };
+            R::weighted_mean(&[old, new], 0.0)
+        }
+        WeightRule::CombinePaper => Operand::new(elevation, keep * a.weight + t.square()),
     }
 }
 
 /// Addition of `b` to `a`: f_A + α_B·f_B with α_B clamped to [0, 1].
 #[inline(always)]
-pub fn add<R: Number>(rule: WeightRule, a: (R, R), b: (R, R)) -> (R, R) {
-    let t = b.1.clamp01();
-    let detail = t * b.0;
+pub fn add<R: Real>(rule: WeightRule, a: Operand<R>, b: Operand<R>) -> Operand<R> {
+    let t = b.weight.clamp01();
+    let detail = carried(t, &b);
+    let raise = |base: Operand<R>| Operand {
+        elevation: base.elevation + detail,
+        weight: base.weight,
+        product: if R::ENCLOSES { base.product + base.weight * detail } else { R::zero() },
+    };
     match rule {
-        WeightRule::Keep => (a.0 + detail, a.1),
-        WeightRule::Combine => {
-            let (base, weight) = R::weighted_mean(&[(a.0, a.1), (R::zero(), t.square())], 0.0);
-            (base + detail, weight)
-        }
-        WeightRule::CombinePaper => (a.0 + detail, a.1 + t.square()),
+        WeightRule::Keep => raise(a),
+        WeightRule::Combine => raise(R::weighted_mean(&[a, Operand::new(R::zero(), t.square())], 0.0)),
+        WeightRule::CombinePaper => Operand::new(a.elevation + detail, a.weight + t.square()),
     }
 }
 
@@ -60,8 +79,10 @@ pub fn enter<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, x: [R; 2]) -> [R;
 
 /// The operand's elevation carried back.
 #[inline(always)]
-pub fn leave<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, (elevation, weight): (R, R)) -> (R, R) {
-    (elevation * p.get::<R>(6) + p.get::<R>(7), weight)
+pub fn leave<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, a: Operand<R>) -> Operand<R> {
+    let (scale, offset) = (p.get::<R>(6), p.get::<R>(7));
+    let product = if R::ENCLOSES { a.product * scale + a.weight * offset } else { R::zero() };
+    Operand { elevation: a.elevation * scale + offset, weight: a.weight, product }
 }
 
 /// A region carried into the operand's frame.

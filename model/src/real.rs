@@ -98,24 +98,64 @@ pub trait Real:
         self.max(Self::zero()).min(Self::one())
     }
 
-    /// The convex combination Σ αᵢ fᵢ / Σ αᵢ of `(elevation, weight)` pairs and the sum of their weights; elevation 0
-    /// where all weights are 0. `least` is what the caller knows the sum of weights to be at least: floats ignore it,
-    /// an enclosure that has lost it to dependency uses it.
+    /// Whether this number encloses a set of values. Such a number carries [`Operand::product`] along; the others do not
+    /// compute it.
+    const ENCLOSES: bool = false;
+
+    /// Of two enclosures of one value, what both allow; a plain number is its own.
+    #[inline(always)]
+    fn tighten(self, _other: Self) -> Self {
+        self
+    }
+
+    /// The convex combination Σ αᵢ fᵢ / Σ αᵢ of operands with the sum of their weights; elevation 0 where all weights
+    /// are 0. `least` is what the caller knows the sum of weights to be at least: floats ignore it, an enclosure that has
+    /// lost it to dependency uses it.
     ///
     /// An enclosing number type overrides this with a tighter form: the quotient of two intervals forgets that the
     /// result lies between the smallest and the largest fᵢ.
     #[inline(always)]
-    fn weighted_mean(parts: &[(Self, Self)], least: f64) -> (Self, Self) {
+    fn weighted_mean(parts: &[Operand<Self>], least: f64) -> Operand<Self> {
         let _ = least;
         let mut sum = Self::zero();
         let mut weight = Self::zero();
-        for &(elevation, part_weight) in parts {
-            sum = sum + part_weight * elevation;
-            weight = weight + part_weight;
+        for part in parts {
+            sum = sum + part.weight * part.elevation;
+            weight = weight + part.weight;
         }
         let positive = Self::zero().less(weight);
         let mean = sum / Self::select(positive, weight, Self::one());
-        (Self::select(positive, mean, Self::zero()), weight)
+        Operand { elevation: Self::select(positive, mean, Self::zero()), weight, product: sum }
+    }
+}
+
+/// What a node passes to the operator above it.
+#[derive(Clone, Copy, Debug)]
+pub struct Operand<R> {
+    /// f; means nothing where the weight is 0.
+    pub elevation: R,
+    /// α.
+    pub weight: R,
+    /// α·f, which is smooth where f is not: a blend whose weights fade out has no slope bound, its product has. Only
+    /// kept by enclosures ([`Real::ENCLOSES`]).
+    pub product: R,
+}
+
+impl<R: Real> Operand<R> {
+    /// An operand with elevation and weight.
+    #[inline(always)]
+    pub fn new(elevation: R, weight: R) -> Self {
+        Operand { elevation, weight, product: if R::ENCLOSES { elevation * weight } else { R::zero() } }
+    }
+    /// `f` of each part.
+    #[inline(always)]
+    pub fn map<S>(self, f: impl Fn(R) -> S) -> Operand<S> {
+        Operand { elevation: f(self.elevation), weight: f(self.weight), product: f(self.product) }
+    }
+    /// No elevation, no weight.
+    #[inline(always)]
+    pub fn absent() -> Self {
+        Operand { elevation: R::zero(), weight: R::zero(), product: R::zero() }
     }
 }
 

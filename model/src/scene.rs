@@ -1,15 +1,16 @@
 //! Scene files: RON with named definitions, layers and cameras. Values are checked while they are read, so an error
 //! carries line and column; what can only be checked later carries the node's path.
 
-use crate::noise::hash;
+use crate::noise::{Combination, Octaves, mix};
 use crate::operator::WeightRule;
 use crate::primitive::image::Image;
 use crate::profile::Knot;
 use crate::program::{CompileError, Program};
-use crate::tree::{DiscNoise, Node, NodeId, NoiseKind, Similarity, Tree};
+use crate::tree::{DiscNoise, Node, NodeId, Similarity, Tree};
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::num::NonZeroU32;
 use std::sync::Arc;
 
 /// The header every scene starts with.
@@ -124,7 +125,7 @@ struct CameraFile {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct NoiseFile {
-    kind: NoiseKind,
+    kind: Combination,
     /// Metres of the longest wave.
     wavelength: Positive,
     amplitude: Finite,
@@ -170,6 +171,9 @@ enum NodeFile {
         /// Metres between samples; the file's own when absent.
         #[serde(default)]
         spacing: Option<(Positive, Positive)>,
+        /// Averages blocks of this many samples along each axis into one.
+        #[serde(default)]
+        reduce: Option<NonZeroU32>,
         margin: Positive,
         #[serde(default = "one")]
         weight: Positive,
@@ -227,6 +231,20 @@ pub struct PlacedImage {
     pub origin: DVec2,
     /// Distance between samples.
     pub spacing: DVec2,
+}
+
+impl PlacedImage {
+    /// Averages blocks of `factor` × `factor` samples; the mean stands at the middle of its block, and what does not
+    /// fill a block is left out. `None` when fewer than 2 × 2 samples remain.
+    pub fn reduced(&self, factor: usize) -> Option<PlacedImage> {
+        if factor <= 1 {
+            return Some(self.clone());
+        }
+        let image = self.image.reduced(factor)?;
+        let half = 0.5 * (factor as f64 - 1.0);
+        let origin = self.origin + self.spacing * half;
+        Some(PlacedImage { image: Arc::new(image), origin, spacing: self.spacing * factor as f64 })
+    }
 }
 
 /// A scene: one tree, its layers and its cameras.
@@ -319,7 +337,7 @@ struct Builder<'a> {
     scene: Scene,
     known: BTreeMap<&'a str, NodeId>,
     open: Vec<&'a str>,
-    loaded: BTreeMap<&'a str, PlacedImage>,
+    loaded: BTreeMap<(&'a str, u32), PlacedImage>,
 }
 
 impl<'a> Builder<'a> {
@@ -359,15 +377,14 @@ impl<'a> Builder<'a> {
                                 return Err(fail("a disc with noise needs a `name` or a `seed` of its noise"));
                             }
                         };
-                        Some(DiscNoise {
-                            kind: noise.kind,
+                        let octaves = Octaves {
                             octaves: noise.octaves,
                             frequency: 1.0 / noise.wavelength.0,
-                            amplitude: noise.amplitude.0,
                             lacunarity: noise.lacunarity.0,
                             gain: noise.gain.0,
-                            seed,
-                        })
+                            amplitude: noise.amplitude.0,
+                        };
+                        Some(DiscNoise { combination: noise.kind, octaves, seed })
                     }
                 };
                 let centre = DVec3::new(centre.0.0, centre.1.0, elevation.0);
@@ -380,12 +397,16 @@ impl<'a> Builder<'a> {
                 joint: joint.map_or(0.25 * radius.0, f64::from),
                 profile: profile.clone(),
             },
-            NodeFile::Image { file, origin, spacing, margin, weight, elevation_scale, elevation_offset } => {
-                if !self.loaded.contains_key(file.as_str()) {
-                    let image = (self.images)(file).map_err(|problem| fail(&problem))?;
-                    self.loaded.insert(file, image);
+            NodeFile::Image { file, origin, spacing, reduce, margin, weight, elevation_scale, elevation_offset } => {
+                let reduce = reduce.map_or(1, NonZeroU32::get);
+                let key = (file.as_str(), reduce);
+                if !self.loaded.contains_key(&key) {
+                    let placed = (self.images)(file).map_err(|problem| fail(&problem))?;
+                    let reduced = placed.reduced(reduce as usize);
+                    let placed = reduced.ok_or_else(|| fail("reducing leaves fewer than 2 × 2 samples"))?;
+                    self.loaded.insert(key, placed);
                 }
-                let placed = &self.loaded[file.as_str()];
+                let placed = &self.loaded[&key];
                 Node::Image {
                     image: placed.image.clone(),
                     origin: origin.map_or(placed.origin, |p| DVec2::new(p.0.0, p.1.0)),
@@ -431,6 +452,6 @@ impl<'a> Builder<'a> {
 
 /// The lattice of a named node: a hash of the scene's seed and the name, never of a position in the file.
 fn named_seed(seed: u64, name: &str) -> u32 {
-    let start = hash::mix(seed as u32, (seed >> 32) as u32);
-    name.bytes().fold(start, |state, byte| hash::mix(state, u32::from(byte)))
+    let start = mix(seed as u32, (seed >> 32) as u32);
+    name.bytes().fold(start, |state, byte| mix(state, u32::from(byte)))
 }

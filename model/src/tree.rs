@@ -1,6 +1,7 @@
 //! The authoring tree: an arena of nodes made for people, serde and proofs. A node names its operands by id, so a
 //! subtree used twice is shared (a directed acyclic graph), not copied.
 
+use crate::noise::{Combination, Octaves};
 use crate::operator::WeightRule;
 use crate::primitive::image::Image;
 use crate::profile::Knot;
@@ -22,22 +23,12 @@ impl NodeId {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscNoise {
     /// How octaves combine.
-    pub kind: NoiseKind,
-    /// Number of octaves, 1 to 16.
-    pub octaves: u32,
-    /// Cycles per metre of the first octave.
-    pub frequency: f64,
-    /// Metres of the first octave.
-    pub amplitude: f64,
-    /// Frequency ratio of successive octaves.
-    pub lacunarity: f64,
-    /// Amplitude ratio of successive octaves.
-    pub gain: f64,
-    /// Selects the lattice.
+    pub combination: Combination,
+    /// The octaves, 1 to 16.
+    pub octaves: Octaves,
+    /// Selects the lattices.
     pub seed: u32,
 }
-
-pub use crate::noise::NoiseKind;
 
 /// A node: primitives carry their parameters, operators the ids of their operands. Lengths in metres.
 #[derive(Clone, Debug)]

@@ -1,8 +1,11 @@
 //! Génevaux et al. 2015: one module per table, figure or claim.
 
 mod falloff;
+mod rays;
+mod scenes;
+mod table1;
 
 use crate::experiment::Experiment;
 
 /// This paper's experiments, in the order of the report.
-pub const EXPERIMENTS: &[&Experiment] = &[&falloff::EXPERIMENT];
+pub const EXPERIMENTS: &[&Experiment] = &[&table1::EXPERIMENT, &falloff::EXPERIMENT];

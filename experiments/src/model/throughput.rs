@@ -10,7 +10,7 @@ use std::process::Command;
 use std::time::Instant;
 use terrain_model::bounds::{Region, THRESHOLD};
 use terrain_model::interval::Interval;
-use terrain_model::noise::NoiseKind;
+use terrain_model::noise::{Combination, Octaves};
 use terrain_model::operator::WeightRule;
 use terrain_model::profile::Knot;
 use terrain_model::program::{BatchEvaluator, Evaluator, Program, Pruner, TileProgram};
@@ -89,12 +89,8 @@ pub fn scene() -> Result<Program, ExperimentError> {
     let mut tree = Tree::new();
     let mut next = unit_numbers(20);
     let noise = |seed: u32, amplitude: f64| DiscNoise {
-        kind: NoiseKind::Fbm,
-        octaves: 5,
-        frequency: 0.008,
-        amplitude,
-        lacunarity: 2.0,
-        gain: 0.5,
+        combination: Combination::Sum,
+        octaves: Octaves { octaves: 5, frequency: 0.008, lacunarity: 2.0, gain: 0.5, amplitude },
         seed,
     };
     let mut land = Vec::new();

@@ -3,7 +3,7 @@
 //! `xllcorner`/`yllcorner` are the outer corner of the south-west cell, half a cell from its sample;
 //! `xllcenter`/`yllcenter` the sample itself. Cells are `cellsize` square, or `dx` by `dy`. A header without
 //! `NODATA_value` means −9999, as ESRI has it. The format cannot say what its coordinates are: a `.prj` file of the
-//! same name is asked first (`GEOGCS…`, `PROJCS…`, `LOCAL_CS…`); without one, a raster that lies within ±360°, ±90°
+//! same name is asked first (`GEOGCS…`, `PROJCS…`, `LOCAL_CS…`); without an answer, a raster that lies within ±360°, ±90°
 //! with a cell of at most 0.1 is taken for degrees, since metres mistaken for degrees are refused with a clear
 //! message and degrees mistaken for metres would pass in silence. Any other raster has no stated system.
 
@@ -64,15 +64,14 @@ pub fn read_from(bytes: &[u8], projection: Option<&[u8]>, name: &str) -> Result<
     }
     let grid = Grid::new(header.origin, header.spacing, width, height, flip_rows(&values, width))
         .map_err(|error| ReadError::grid(name, "header", &error))?;
-    let crs = match projection {
-        Some(text) => crs_of_wkt(text),
-        None => Some(Crs::geographic(None)).filter(|_| looks_like_degrees(&grid)),
-    };
+    let degrees = || looks_like_degrees(&grid).then(|| Crs::geographic(None));
+    let crs = projection.and_then(crs_of_wkt).or_else(degrees);
     sound(name, grid.with_no_data(Some(header.no_data)).with_crs(crs))
 }
 
 /// Writes an ESRI ASCII grid with `xllcenter`, which keeps the origin exactly, the shortest decimals that give back
-/// each `f32`, and a `.prj` file for degrees and local metres.
+/// each `f32`, and a `.prj` file of the same name for degrees on WGS 84 and for local metres. For any other system an
+/// old `.prj` file is removed, since it would be read back with these elevations: the EPSG code of a projection is lost.
 ///
 /// # Errors
 /// [`WriteError`]: a value that is neither finite nor no-data, nothing known, or the file system.

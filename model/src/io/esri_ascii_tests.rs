@@ -56,6 +56,7 @@ fn what_looks_like_degrees_is_taken_for_degrees_and_a_projection_file_has_the_la
     let text = HEADER.replace("xllcorner 100", "xllcorner -84.4").replace("200", "36.4").replace("10\n", "0.01\n");
     let text = format!("{text}1 2 3 4 5 6");
     assert!(!parse(&text).unwrap().is_metric());
+    assert!(!read_from(text.as_bytes(), Some(b"?"), "a.asc").unwrap().is_metric());
     let projected = b"PROJCS[\"x\",GEOGCS[\"y\",UNIT[\"Degree\",0.017]],UNIT[\"Meter\",1.0]]";
     assert!(read_from(text.as_bytes(), Some(projected), "a.asc").unwrap().is_metric());
     let feet = b"PROJCS[\"x\",GEOGCS[\"y\",UNIT[\"Degree\",0.017]],UNIT[\"Foot_US\",0.3048006096012192]]";

@@ -208,3 +208,22 @@ pub(super) fn example() -> Grid<f32> {
         .with_no_data(Some(-9999.0))
         .with_crs(Some(Crs::projected(Some(32611))))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn example_of_the_documentation_is_a_sidecar() {
+        let text: String = include_str!("sidecar.rs")
+            .lines()
+            .skip_while(|line| *line != "//! ```json")
+            .skip(1)
+            .map_while(|line| line.strip_prefix("//! ").filter(|line| *line != "```"))
+            .collect();
+        let sidecar = Sidecar::parse(text.as_bytes(), "a.raw.json").unwrap();
+        let grid = sidecar.grid_of_u16("a.raw", &[0, 1, 65535, 1]).unwrap();
+        assert_eq!(grid.values(), [1076.0, 236.0, -9999.0, 236.0]);
+        assert_eq!((grid.known(0, 1), grid.crs()), (None, Some(&Crs::local_metres())));
+    }
+}

@@ -12,10 +12,10 @@ use crate::dual::Dual;
 use crate::falloff::{WYVILL_SLOPE, wyvill};
 use crate::interval::Interval;
 use crate::profile;
-use crate::real::{Mask, Real};
+use crate::real::{Mask, Operand, Real};
 
-/// Parameters before those of the segments: 1/r², weight, 1/s².
-pub const WIDTH: usize = 3;
+/// Parameters before those of the segments: 1/r², weight, 1/s², slope bound over the whole support.
+pub const WIDTH: usize = 4;
 /// Parameters of a segment: start x, y, z, unit direction x, y, length, grade (metres per metre).
 pub const SEGMENT_WIDTH: usize = 7;
 
@@ -82,37 +82,100 @@ fn joined<R: Number, P: Copy + Into<f64>, const N: usize>(
     nearest: R,
 ) -> R {
     let section = Parameters(&p.0[WIDTH + segments * SEGMENT_WIDTH..]);
-    let mut parts = [(R::zero(), R::zero()); N];
+    let mut parts = [Operand::absent(); N];
     let mut count = 0;
     for segment in 0..segments.min(N) {
         let foot = foot(p, segment, x);
         let excess = (foot.distance_squared - nearest).max(R::zero()) * p.get::<R>(2);
         if excess.less(R::one()).may_hold() {
             let elevation = foot.elevation + profile::evaluate(section, pieces, foot.side);
-            parts[count] = (elevation, wyvill(excess));
+            parts[count] = Operand::new(elevation, wyvill(excess));
             count += 1;
         }
     }
     // The nearest segment has weight 1.
-    R::weighted_mean(&parts[..count], 1.0).0
+    R::weighted_mean(&parts[..count], 1.0).elevation
 }
 
-/// Range and slopes over a region, by running the formula itself on duals of intervals over the region's extent, met
-/// with λ_α ≤ w·L/r.
+/// Range and slopes over a region: the formula itself on duals of intervals over the region's extent, met with the
+/// bound over the whole support (which the compiler certified) and with λ_α ≤ w·L/r.
 pub fn bounds(p: Parameters<f64>, segments: usize, pieces: usize, region: &Region) -> Bounds {
     let nearest = nearest_squared(p, segments, region);
     let u = nearest * Interval::point(p.0[0]);
     if u.lo() >= 1.0 {
         return Bounds::ABSENT;
     }
-    let x = [Dual::<Interval, 2>::variable(region.extent[0], 0), Dual::variable(region.extent[1], 1)];
-    let (elevation, weight) = sample(p, segments, pieces, x);
-    let slope = Interval::length(elevation.slope[0], elevation.slope[1]).hi();
-    let along = Interval::point(p.0[1]) * wyvill(u);
-    let range = weight.value.meet(along);
+    let (elevation, weight, slope) = enclose(p, segments, pieces, region.extent);
+    let range = weight.value.meet(Interval::point(p.0[1]) * wyvill(u));
     let global = times_up(p.0[1], (Real::sqrt(Interval::point(p.0[0])) * Interval::point(WYVILL_SLOPE)).hi());
     let local = Interval::length(weight.slope[0], weight.slope[1]).hi();
-    Bounds::primitive(elevation.value, Interval::new(range.lo().max(0.0), range.hi()), slope, local.min(global))
+    let range = Interval::new(range.lo().max(0.0), range.hi());
+    Bounds::primitive(elevation, range, slope.min(p.0[3]), local.min(global))
+}
+
+/// Elevation, weight with its gradient, and slope over a box.
+fn enclose(
+    p: Parameters<f64>,
+    segments: usize,
+    pieces: usize,
+    extent: [Interval; 2],
+) -> (Interval, Dual<Interval, 2>, f64) {
+    let x = [Dual::<Interval, 2>::variable(extent[0], 0), Dual::variable(extent[1], 1)];
+    let (elevation, weight) = sample(p, segments, pieces, x);
+    (elevation.value, weight, Interval::length(elevation.slope[0], elevation.slope[1]).hi())
+}
+
+/// Boxes that the compiler looks at to bound the slope of one curve.
+const COMPILE_BUDGET: usize = 20_000;
+
+/// A slope bound over the whole support of a compiled curve: the steepest of boxes that cover it, the worst of them
+/// split until none is steeper than the steepest that is already as small as a quarter of the joint, or the budget ends.
+pub fn support_slope(p: &[f64], segments: usize, pieces: usize) -> f64 {
+    let p = Parameters(p);
+    let radius = Real::sqrt(Interval::point(1.0) / Interval::point(p.0[0])).hi();
+    let smallest = 0.25 / p.0[2].sqrt();
+    let reach = Interval::symmetric(radius);
+    let mut parts: Vec<(f64, [Interval; 2])> = Vec::new();
+    let add = |parts: &mut Vec<(f64, [Interval; 2])>, extent: [Interval; 2]| {
+        let u = nearest_squared(p, segments, &Region { extent, ends: None }) * Interval::point(p.0[0]);
+        if u.lo() < 1.0 {
+            let slope = enclose(p, segments, pieces, extent).2;
+            let at = parts.partition_point(|part| part.0 < slope);
+            parts.insert(at, (slope, extent));
+        }
+    };
+    let mut whole: Option<[Interval; 2]> = None;
+    for segment in 0..segments {
+        let k = WIDTH + segment * SEGMENT_WIDTH;
+        for along in [0.0, p.0[k + 5]] {
+            let at = |axis: usize| {
+                Interval::point(p.0[k + axis]) + Interval::point(p.0[k + 3 + axis]) * Interval::point(along) + reach
+            };
+            let near = [at(0), at(1)];
+            whole = Some(whole.map_or(near, |w| [w[0].hull(near[0]), w[1].hull(near[1])]));
+        }
+    }
+    let Some(whole) = whole else { return 0.0 };
+    add(&mut parts, whole);
+    let mut settled = 0.0f64;
+    for _ in 0..COMPILE_BUDGET {
+        let Some((slope, extent)) = parts.pop() else { return settled };
+        if slope <= settled {
+            return settled;
+        }
+        let axis = usize::from(extent[1].width() > extent[0].width());
+        if extent[axis].width() < smallest {
+            settled = slope;
+            continue;
+        }
+        let middle = extent[axis].middle();
+        for half in [Interval::new(extent[axis].lo(), middle), Interval::new(middle, extent[axis].hi())] {
+            let mut extent = extent;
+            extent[axis] = half;
+            add(&mut parts, extent);
+        }
+    }
+    parts.last().map_or(settled, |part| part.0.max(settled))
 }
 
 /// Range of the weight alone: all that pruning asks, and much cheaper than [`bounds`].

@@ -1,7 +1,7 @@
 //! Disc primitive (Génevaux 2015 §4.1, Fig. 5): a centre, a radius, and an elevation that is constant or a noise.
 
 use super::{Number, Parameters};
-use crate::bounds::{Bounds, Region};
+use crate::bounds::Region;
 use crate::falloff::{WYVILL_SLOPE, wyvill};
 use crate::interval::Interval;
 use crate::real::Real;
@@ -58,10 +58,4 @@ pub fn weight_range(p: Parameters<f64>, region: &Region) -> Interval {
     }
     let range = Interval::point(p.0[3]) * wyvill(u);
     Interval::new(range.lo().max(0.0), range.hi())
-}
-
-/// A disc whose noise has the given range (metres, without the elevation) and slope bound.
-pub fn bounds(p: Parameters<f64>, noise: Interval, noise_slope: f64, region: &Region) -> Bounds {
-    let (weight, weight_slope) = weight_bounds(p, region);
-    Bounds::primitive(Interval::point(p.0[4]) + noise, weight, noise_slope, weight_slope)
 }

@@ -85,6 +85,21 @@ impl Image {
         }
         Some(image)
     }
+    /// Means over blocks of `factor` × `factor` samples; what does not fill a block is left out.
+    pub fn reduced(&self, factor: usize) -> Option<Image> {
+        let (width, height) = (self.width / factor.max(1), self.height / factor.max(1));
+        let mut samples = Vec::with_capacity(width * height);
+        for j in 0..height {
+            for i in 0..width {
+                let block = (0..factor * factor).map(|k| {
+                    let at = (j * factor + k / factor) * self.width + i * factor + k % factor;
+                    f64::from(self.samples[at])
+                });
+                samples.push((block.sum::<f64>() / (factor * factor) as f64) as f32);
+            }
+        }
+        Image::new(width, height, samples)
+    }
     /// Samples along u.
     pub fn width(&self) -> usize {
         self.width

@@ -2,11 +2,33 @@
 
 use super::{Instruction, Program};
 use crate::bounds::{Bounds, Region};
+use crate::dual::Dual;
 use crate::interval::Interval;
-use crate::noise::composite::{self, Shape};
+use crate::noise::{Combination, GRADIENT2_RANGE, GRADIENT2_SLOPE, NoiseValue, Octave};
+use crate::real::Real;
+
 use crate::operator::{self, BlendRule};
 use crate::primitive::{Parameters, curve, disc, image};
 use glam::DVec2;
+
+/// An octave is run on a region narrower than this many of its cells; elsewhere its certified range and slope stand.
+const LOCAL: f64 = 0.1;
+
+/// A noise over a region `width` metres wide: the octaves that are coarse enough are run on it.
+fn local_noise(
+    combination: Combination,
+    octaves: &[Octave<2>],
+    x: [Dual<Interval, 2>; 2],
+    width: f64,
+) -> Dual<Interval, 2> {
+    combination.combine(octaves, |octave| {
+        if width * octave.frequency < LOCAL {
+            return Dual::gradient2(octave.lattice, octave.coordinates(x));
+        }
+        let slope = Interval::point(octave.frequency) * Interval::symmetric(GRADIENT2_SLOPE);
+        Dual { value: Interval::symmetric(GRADIENT2_RANGE), slope: [slope; 2] }
+    })
+}
 
 /// Computes bounds of a program over regions; the range and slope of each noise are derived once.
 #[derive(Debug)]
@@ -30,10 +52,10 @@ impl<'a> BoundsEvaluator<'a> {
             .code
             .iter()
             .map(|instruction| match *instruction {
-                Instruction::NoiseDisc { at, kind, octaves, seed, .. } => {
-                    let p = &program.parameters[at as usize + disc::WIDTH..];
-                    let shape = Shape { frequency: p[0], lacunarity: p[1], amplitude: p[2], gain: p[3], octaves, seed };
-                    composite::bounds(kind, &shape)
+                Instruction::NoiseDisc { combination, first, octaves, .. } => {
+                    let placed = &program.octaves[first as usize..(first + octaves) as usize];
+                    let bounds = combination.placed_bounds(placed);
+                    (bounds.range, bounds.slope)
                 }
                 _ => (Interval::ZERO, 0.0),
             })
@@ -60,8 +82,25 @@ impl<'a> BoundsEvaluator<'a> {
             let first = stack.len() - operands;
             let result = match *instruction {
                 Instruction::Disc { at } | Instruction::NoiseDisc { at, .. } => {
-                    let (range, slope) = self.noises[index];
-                    disc::bounds(tail(at), range, slope, &here)
+                    let p = tail(at);
+                    let (weight, weight_slope) = disc::weight_bounds(p, &here);
+                    let (mut range, mut slope) = self.noises[index];
+                    if let Instruction::NoiseDisc { combination, first, octaves, .. } = *instruction
+                        && weight.hi() > 0.0
+                    {
+                        let octaves = &program.octaves[first as usize..(first + octaves) as usize];
+                        let width = here.extent[0].width().max(here.extent[1].width());
+                        if width * octaves[0].frequency < LOCAL {
+                            let along = |axis: usize| {
+                                Dual::<Interval, 2>::variable(here.extent[axis] - Interval::point(p.0[axis]), axis)
+                            };
+                            let local = local_noise(combination, octaves, [along(0), along(1)], width);
+                            range = range.meet(local.value);
+                            slope = slope.min(Interval::length(local.slope[0], local.slope[1]).hi());
+                        }
+                    }
+                    let elevation = Interval::point(p.0[4]) + range;
+                    Bounds::primitive(elevation, weight, slope, weight_slope)
                 }
                 Instruction::Curve { at, segments, pieces } => {
                     curve::bounds(tail(at), usize::from(segments), usize::from(pieces), &here)

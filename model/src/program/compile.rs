@@ -1,8 +1,9 @@
 //! Tree → program: checks every node, derives what is costly at run time, concatenates consecutive affines.
 
 use super::{Instruction, Program};
+use crate::noise::Octave;
 use crate::operator::AFFINE_WIDTH;
-use crate::primitive::curve::MAX_SEGMENTS;
+use crate::primitive::curve::{self, MAX_SEGMENTS};
 use crate::primitive::image::Image;
 use crate::profile;
 use crate::tree::{Node, NodeId, Similarity, Tree};
@@ -27,7 +28,9 @@ struct Compiler<'a> {
     code: Vec<Instruction>,
     parameters: Vec<f64>,
     images: Vec<Arc<Image>>,
+    octaves: Vec<Octave<2>>,
     placed: Vec<Option<u32>>,
+    placed_octaves: Vec<Option<u32>>,
     depth: [usize; 2],
     deepest: [usize; 2],
 }
@@ -43,7 +46,9 @@ impl Program {
             code: Vec::new(),
             parameters: Vec::new(),
             images: Vec::new(),
+            octaves: Vec::new(),
             placed: vec![None; tree.len()],
+            placed_octaves: vec![None; tree.len()],
             depth: [0, 1],
             deepest: [0, 1],
         };
@@ -52,6 +57,7 @@ impl Program {
             code: compiler.code,
             parameters: Arc::new(compiler.parameters),
             images: Arc::new(compiler.images),
+            octaves: Arc::new(compiler.octaves),
             depth: compiler.deepest,
         })
     }
@@ -72,25 +78,27 @@ impl Compiler<'_> {
                 let at = self.place(id, |out| {
                     out.extend([centre.x, centre.y, 1.0 / (radius * radius), *weight, centre.z + 0.0]);
                     if let Some(n) = noise {
-                        out.extend([n.frequency, n.lacunarity, n.amplitude, n.gain]);
+                        // The compact form of the octaves; the table below follows from it.
+                        let o = n.octaves;
+                        out.extend([o.frequency, o.lacunarity, o.amplitude, o.gain, f64::from(n.seed)]);
+                        out.extend(n.combination.constants());
                     }
                 });
                 match noise {
                     None => self.code.push(Instruction::Disc { at }),
                     Some(n) => {
-                        let positive = [n.frequency, n.lacunarity].iter().all(|v| *v > 0.0 && v.is_finite());
-                        let sound = positive
-                            && (1..=16).contains(&n.octaves)
-                            && n.amplitude.is_finite()
-                            && n.gain >= 0.0
-                            && n.gain.is_finite();
-                        if !sound {
+                        if !n.octaves.is_sound() {
                             return fail(
                                 "noise needs 1 to 16 octaves, a positive frequency and lacunarity, a gain of at least 0",
                             );
                         }
-                        let octaves = n.octaves as u8;
-                        self.code.push(Instruction::NoiseDisc { at, kind: n.kind, octaves, seed: n.seed, frame: 0 });
+                        let first = *self.placed_octaves[id.index()].get_or_insert_with(|| {
+                            let first = self.octaves.len() as u32;
+                            self.octaves.extend(n.octaves.place(n.seed, [0.0; 2]));
+                            first
+                        });
+                        let octaves = n.octaves.octaves;
+                        self.code.push(Instruction::NoiseDisc { at, combination: n.combination, first, octaves });
                     }
                 }
                 self.pushed();
@@ -119,7 +127,8 @@ impl Compiler<'_> {
                 let pieces = profile::compile(knots);
                 let count = (pieces.len() / profile::PIECE_WIDTH) as u16;
                 let at = self.place(id, |out| {
-                    out.extend([1.0 / (radius * radius), *weight, 1.0 / (joint * joint)]);
+                    let first = out.len();
+                    out.extend([1.0 / (radius * radius), *weight, 1.0 / (joint * joint), f64::INFINITY]);
                     for pair in points.windows(2) {
                         let d = pair[1].truncate() - pair[0].truncate();
                         let length = d.length();
@@ -127,6 +136,8 @@ impl Compiler<'_> {
                         out.extend([pair[0].x, pair[0].y, pair[0].z, d.x / length, d.y / length, length, grade]);
                     }
                     out.extend(&pieces);
+                    let slope = curve::support_slope(&out[first..], points.len() - 1, usize::from(count));
+                    out[first + 3] = slope;
                 });
                 self.code.push(Instruction::Curve { at, segments: (points.len() - 1) as u16, pieces: count });
                 self.pushed();

@@ -14,7 +14,7 @@ pub use prune::Pruner;
 pub use run::{Evaluator, Sample};
 pub use tile::TileProgram;
 
-use crate::noise::NoiseKind;
+use crate::noise::{Combination, Octave};
 use crate::operator::WeightRule;
 use crate::primitive::image::Image;
 use std::sync::Arc;
@@ -32,13 +32,11 @@ pub enum Instruction {
         /// First parameter.
         at: u32,
         /// How octaves combine.
-        kind: NoiseKind,
+        combination: Combination,
+        /// First octave.
+        first: u32,
         /// Number of octaves.
-        octaves: u8,
-        /// Selects the lattice.
-        seed: u32,
-        /// First octave's frame in a tile program; unused in world coordinates.
-        frame: u32,
+        octaves: u32,
     },
     /// Pushes a curve.
     Curve {
@@ -91,6 +89,8 @@ pub struct Program {
     pub(crate) code: Vec<Instruction>,
     pub(crate) parameters: Arc<Vec<f64>>,
     pub(crate) images: Arc<Vec<Arc<Image>>>,
+    /// Octaves placed for the centre of each disc: a table that follows from the parameters.
+    pub(crate) octaves: Arc<Vec<Octave<2>>>,
     /// Deepest stack of samples and of frames.
     pub(crate) depth: [usize; 2],
 }
@@ -100,15 +100,20 @@ impl Program {
     pub fn code(&self) -> &[Instruction] {
         &self.code
     }
+    /// The `k`-th parameter.
+    pub fn parameter(&self, k: usize) -> f64 {
+        self.parameters[k]
+    }
     /// Bytes of the compact form: instructions as 32-bit words, parameters as `f32`, images as stored.
     pub fn bytes(&self) -> usize {
         let words: usize = self.code.iter().map(Instruction::words).sum();
         let images: usize = self.images.iter().map(|image| image.bytes()).sum();
         4 * (words + self.parameters.len()) + images
     }
-    /// Bytes of what only accelerates: image pyramids.
+    /// Bytes of what only accelerates and follows from the rest: image pyramids and tables of octaves.
     pub fn acceleration_bytes(&self) -> usize {
-        self.images.iter().map(|image| image.acceleration_bytes()).sum()
+        let pyramids: usize = self.images.iter().map(|image| image.acceleration_bytes()).sum();
+        pyramids + self.octaves.len() * size_of::<Octave<2>>()
     }
     /// Number of primitive instructions, shared subtrees counted once per use.
     pub fn primitive_instructions(&self) -> usize {
@@ -127,7 +132,7 @@ impl Instruction {
     /// not fit into it.
     pub fn words(&self) -> usize {
         match self {
-            Instruction::NoiseDisc { .. } => 3,
+            Instruction::NoiseDisc { .. } => 2,
             Instruction::Curve { .. } | Instruction::Image { .. } => 2,
             _ => 1,
         }

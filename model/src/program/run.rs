@@ -2,11 +2,11 @@
 
 use super::{Instruction, Program};
 use crate::dual::Dual;
-use crate::noise::{self, OctaveFrame};
+use crate::noise::Octave;
 use crate::operator;
 use crate::primitive::image::Image;
 use crate::primitive::{Number, Parameters, curve, disc, image};
-use crate::real::Mask;
+use crate::real::{Mask, Operand};
 use glam::DVec2;
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub struct Sample {
 /// Runs programs on numbers of type `R`, reusing its stacks.
 #[derive(Debug)]
 pub struct Evaluator<R> {
-    stack: Vec<(R, R)>,
+    stack: Vec<Operand<R>>,
     frames: Vec<[R; 2]>,
 }
 
@@ -35,8 +35,9 @@ pub struct Evaluator<R> {
 pub(crate) struct Text<'a, P> {
     pub code: &'a [Instruction],
     pub parameters: &'a [P],
-    /// Lattice base and offset of each octave; empty in world coordinates.
-    pub octaves: &'a [OctaveFrame<P>],
+    pub octaves: &'a [Octave<2>],
+    /// Octaves are placed for the origin of a tile instead of the centre of their disc.
+    pub tiled: bool,
     pub images: &'a [Arc<Image>],
 }
 
@@ -46,15 +47,18 @@ impl<R: Number> Evaluator<R> {
         Evaluator::with_depth(program.depth)
     }
     pub(crate) fn with_depth(depth: [usize; 2]) -> Evaluator<R> {
-        Evaluator {
-            stack: vec![(R::zero(), R::zero()); depth[0].max(1)],
-            frames: vec![[R::zero(); 2]; depth[1].max(1)],
-        }
+        Evaluator { stack: vec![Operand::absent(); depth[0].max(1)], frames: vec![[R::zero(); 2]; depth[1].max(1)] }
     }
     /// Elevation and weight at `x`, without the 0 that stands for elevation off the support: where the weight is 0 the
     /// elevation means nothing.
     pub fn run(&mut self, program: &Program, x: [R; 2]) -> (R, R) {
-        let text = Text { code: &program.code, parameters: &program.parameters, octaves: &[], images: &program.images };
+        let text = Text {
+            code: &program.code,
+            parameters: &program.parameters,
+            octaves: &program.octaves,
+            tiled: false,
+            images: &program.images,
+        };
         run(text, &mut self.stack, &mut self.frames, x)
     }
     #[inline(always)]
@@ -67,7 +71,7 @@ impl<R: Number> Evaluator<R> {
 #[inline(always)]
 fn run<R: Number, P: Copy + Into<f64>>(
     text: Text<'_, P>,
-    stack: &mut [(R, R)],
+    stack: &mut [Operand<R>],
     frames: &mut [[R; 2]],
     x: [R; 2],
 ) -> (R, R) {
@@ -80,37 +84,31 @@ fn run<R: Number, P: Copy + Into<f64>>(
         match *instruction {
             Instruction::Disc { at } => {
                 let p = tail(at);
-                stack[top] = (disc::elevation(p), disc::weight(p, here));
+                stack[top] = Operand::new(disc::elevation(p), disc::weight(p, here));
                 top += 1;
             }
-            Instruction::NoiseDisc { at, kind, octaves, seed, frame } => {
+            Instruction::NoiseDisc { at, combination, first, octaves } => {
                 let p = tail(at);
                 let weight: R = disc::weight(p, here);
                 let mut elevation: R = disc::elevation(p);
                 // Outside the support the elevation is never used: this is the tree as bounding volumes.
                 if R::zero().less(weight).may_hold() {
-                    let octave_frames = if text.octaves.is_empty() { &[] } else { &text.octaves[frame as usize..] };
-                    let shape = noise::composite::Shape::<R> {
-                        frequency: p.get(disc::WIDTH),
-                        lacunarity: p.get(disc::WIDTH + 1),
-                        amplitude: p.get(disc::WIDTH + 2),
-                        gain: p.get(disc::WIDTH + 3),
-                        octaves,
-                        seed,
-                    };
                     let c = p.pair::<R>(0);
-                    let at = if octave_frames.is_empty() { [here[0] - c[0], here[1] - c[1]] } else { here };
-                    elevation = elevation + noise::composite::evaluate(kind, &shape, octave_frames, at);
+                    let at = if text.tiled { here } else { [here[0] - c[0], here[1] - c[1]] };
+                    let octaves = &text.octaves[first as usize..(first + octaves) as usize];
+                    elevation = elevation + combination.plane(octaves, at);
                 }
-                stack[top] = (elevation, weight);
+                stack[top] = Operand::new(elevation, weight);
                 top += 1;
             }
             Instruction::Curve { at, segments, pieces } => {
-                stack[top] = curve::sample(tail(at), usize::from(segments), usize::from(pieces), here);
+                let (elevation, weight) = curve::sample(tail(at), usize::from(segments), usize::from(pieces), here);
+                stack[top] = Operand::new(elevation, weight);
                 top += 1;
             }
             Instruction::Image { at, image, base } => {
-                stack[top] = image::sample(tail(at), &text.images[usize::from(image)], base, here);
+                let (elevation, weight) = image::sample(tail(at), &text.images[usize::from(image)], base, here);
+                stack[top] = Operand::new(elevation, weight);
                 top += 1;
             }
             Instruction::Blend { operands } => {
@@ -138,7 +136,7 @@ fn run<R: Number, P: Copy + Into<f64>>(
             }
         }
     }
-    if top == 0 { (R::zero(), R::zero()) } else { stack[0] }
+    if top == 0 { (R::zero(), R::zero()) } else { (stack[0].elevation, stack[0].weight) }
 }
 
 impl Evaluator<f64> {

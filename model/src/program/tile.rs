@@ -3,7 +3,7 @@
 
 use super::run::Text;
 use super::{Evaluator, Instruction, Program};
-use crate::noise::OctaveFrame;
+use crate::noise::Octave;
 use crate::operator::{self, AFFINE_WIDTH};
 use crate::primitive::image::Image;
 use crate::primitive::{Number, Parameters, curve, disc, image};
@@ -17,7 +17,7 @@ pub struct TileProgram {
     pub origin: DVec2,
     code: Vec<Instruction>,
     parameters: Vec<f32>,
-    octaves: Vec<OctaveFrame<f32>>,
+    octaves: Vec<Octave<2>>,
     images: Arc<Vec<Arc<Image>>>,
     depth: [usize; 2],
 }
@@ -43,21 +43,14 @@ impl TileProgram {
                     tile.store_disc(&tail(at)[..disc::WIDTH], here);
                     Instruction::Disc { at: at_new }
                 }
-                Instruction::NoiseDisc { at, kind, octaves, seed, .. } => {
+                Instruction::NoiseDisc { at, combination, first, octaves } => {
                     let p = tail(at);
-                    tile.store_disc(&p[..disc::WIDTH + 4], here);
-                    let frame = tile.octaves.len() as u32;
-                    let mut frequency = p[disc::WIDTH];
-                    for _ in 0..octaves {
-                        let cells = (here - DVec2::new(p[0], p[1])) * frequency;
-                        let whole = cells.floor();
-                        let rest = (cells - whole).as_vec2();
-                        // Wrapping keeps far lattices distinct modulo 2³², as the hash sees them.
-                        let base = [wrap(whole.x), wrap(whole.y)];
-                        tile.octaves.push(OctaveFrame { frequency: frequency as f32, base, offset: rest.to_array() });
-                        frequency *= p[disc::WIDTH + 1];
-                    }
-                    Instruction::NoiseDisc { at: at_new, kind, octaves, seed, frame }
+                    tile.store_disc(&p[..disc::WIDTH], here);
+                    let table = &program.octaves[first as usize..(first + octaves) as usize];
+                    let first = tile.octaves.len() as u32;
+                    let from_centre = here - DVec2::new(p[0], p[1]);
+                    tile.octaves.extend(table.iter().map(|octave| octave.moved_to(from_centre.to_array()).rounded()));
+                    Instruction::NoiseDisc { at: at_new, combination, first, octaves }
                 }
                 Instruction::Curve { at, segments, pieces } => {
                     let p = tail(at);
@@ -114,7 +107,13 @@ impl TileProgram {
     }
     #[inline(always)]
     pub(crate) fn text(&self) -> Text<'_, f32> {
-        Text { code: &self.code, parameters: &self.parameters, octaves: &self.octaves, images: &self.images }
+        Text {
+            code: &self.code,
+            parameters: &self.parameters,
+            octaves: &self.octaves,
+            tiled: true,
+            images: &self.images,
+        }
     }
     /// An evaluator for this tile.
     pub fn evaluator<R: Number>(&self) -> Evaluator<R> {

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
-use terrain_model::noise::NoiseKind;
+use terrain_model::noise::{Combination, Octaves};
 use terrain_model::operator::WeightRule;
 use terrain_model::primitive::image::Image;
 use terrain_model::profile::Knot;
@@ -48,13 +48,19 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
             radius: random.range(100.0, 700.0),
             weight: random.range(0.5, 1.5),
             noise: Some(DiscNoise {
-                kind: [NoiseKind::Fbm, NoiseKind::Turbulence, NoiseKind::Ridged, NoiseKind::Multifractal]
-                    [random.below(4) as usize],
-                octaves: 1 + random.below(5) as u32,
-                frequency: random.range(0.002, 0.02),
-                amplitude: random.range(2.0, 40.0),
-                lacunarity: random.range(1.7, 2.3),
-                gain: random.range(0.3, 0.6),
+                combination: [
+                    Combination::Sum,
+                    Combination::Turbulence,
+                    Combination::Ridged { offset: 0.7, sharpness: 2.0 },
+                    Combination::Hybrid { offset: 0.6 },
+                ][random.below(4) as usize],
+                octaves: Octaves {
+                    octaves: 1 + random.below(5) as u32,
+                    frequency: random.range(0.002, 0.02),
+                    amplitude: random.range(2.0, 40.0),
+                    lacunarity: random.range(1.7, 2.3),
+                    gain: random.range(0.3, 0.6),
+                },
                 seed: random.next() as u32,
             }),
         },

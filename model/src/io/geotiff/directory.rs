@@ -71,6 +71,10 @@ impl<'a> Directory<'a> {
         }
     }
 
+    pub fn is_little_endian(&self) -> bool {
+        self.little
+    }
+
     fn cut(&self, place: &str) -> ReadError {
         let found = format!("it reaches beyond the {} bytes of the file", self.bytes.len());
         ReadError::new(self.name, ReadErrorKind::Truncated, place, found, "it inside of the file", MEND_COPY)

@@ -67,6 +67,7 @@ fn what_gdal_makes_of_our_file_is_read_back_as_the_same_grid() {
         &["-co", "COMPRESS=DEFLATE", "-co", "PREDICTOR=3", "-co", "BIGTIFF=YES"],
         &["-co", "COMPRESS=PACKBITS", "-co", "ENDIANNESS=BIG"],
         &["-ot", "Float64", "-co", "COMPRESS=LZW", "-co", "TILED=YES"],
+        &["-co", "COMPRESS=LZW", "-co", "BLOCKYSIZE=7"],
         &["-mo", "AREA_OR_POINT=Area"],
         &["-of", "AAIGrid"],
     ];
@@ -81,4 +82,16 @@ fn what_gdal_makes_of_our_file_is_read_back_as_the_same_grid() {
         assert_eq!(back.no_data_count(), grid.no_data_count(), "{options:?}");
         assert!(back.is_metric(), "{options:?}");
     }
+}
+
+#[test]
+fn what_the_decoder_would_get_wrong_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (ours, theirs) = (at("ours.tif"), at("theirs.tif"));
+    write_f32(Path::new(&ours), &example(), RasterType::Point).unwrap();
+    let options = ["-q", "-co", "COMPRESS=LZW", "-co", "PREDICTOR=3", "-co", "ENDIANNESS=BIG", &ours, &theirs];
+    let Some(_) = gdal("gdal_translate", &options) else { return };
+    let error = read_grid(Path::new(&theirs)).unwrap_err();
+    assert!(error.to_string().contains("predictor in a big-endian file"), "{error}");
 }

@@ -9,6 +9,8 @@ pub(super) struct Layout {
     pub height: usize,
     /// width × height.
     pub count: usize,
+    /// Bytes of a sample.
+    pub sample_bytes: usize,
     /// Whether samples are floating-point numbers.
     pub float: bool,
     /// (offset, bytes) of each strip or tile; (0, 0) for one that GDAL left out as all no-data.
@@ -49,9 +51,14 @@ impl Layout {
             return unsupported(339, format!("sample format {format} of {bits} bits"), expected);
         }
         let predictor = directory.first(317, 1)?;
-        if !matches!(predictor, 1..=3) || (predictor == 3) != (format == 3 && predictor != 1) {
-            let expected = "none (1), horizontal (2) for integers, floating-point (3) for floats";
+        if !matches!((predictor, format), (1 | 2, _) | (3, 3)) {
+            let expected = "none (1), horizontal (2), or floating-point (3) for floats";
             return unsupported(317, format!("predictor {predictor} with sample format {format}"), expected);
+        }
+        // The decoder returns such samples with their bytes reversed: better none than wrong ones.
+        if predictor == 3 && !directory.is_little_endian() {
+            let found = "the floating-point predictor in a big-endian file".into();
+            return unsupported(317, found, "it in a little-endian file only");
         }
 
         let size = (directory.first(256, 0)?, directory.first(257, 0)?);
@@ -70,7 +77,8 @@ impl Layout {
         }
         // Both sides fit in a usize, as their product does.
         let most_bytes = most_bytes.max(chunk_bytes);
-        Ok(Layout { width: size.0 as usize, height: size.1 as usize, count, float: format == 3, chunks, most_bytes })
+        let (width, height, sample_bytes) = (size.0 as usize, size.1 as usize, bits as usize / 8);
+        Ok(Layout { width, height, count, sample_bytes, float: format == 3, chunks, most_bytes })
     }
 }
 

@@ -105,8 +105,13 @@ fn decode(bytes: &[u8], name: &str, layout: &Layout, no_data: &NoData) -> Result
             targets.for_each(|target| target.fill(no_data.marker));
             continue;
         }
-        let samples = decoder.read_chunk(k as u32).map_err(|error| broken(format!("strip or tile {k}"), error))?;
-        if !copy(targets, samples, width, no_data) {
+        // Whole rows of the tile, also where they reach beyond the image: the decoder's other path, which skips what is
+        // beyond, loses the end of LZW data (image-tiff issue 395).
+        let mut samples = DecodingResult::U8(Vec::new());
+        decoder
+            .read_chunk_to_buffer(&mut samples, k as u32, chunk_width * layout.sample_bytes)
+            .map_err(|error| broken(format!("strip or tile {k}"), error))?;
+        if !copy(targets, samples, chunk_width, no_data) {
             let found = "fewer samples than its size says";
             let (place, mend) = (format!("strip or tile {k}"), "copy the whole file again");
             return Err(ReadError::new(name, ReadErrorKind::Truncated, place, found, "all of them", mend));
@@ -115,7 +120,8 @@ fn decode(bytes: &[u8], name: &str, layout: &Layout, no_data: &NoData) -> Result
     Ok(values)
 }
 
-/// Copies a decoded chunk, `width` samples a row, into the rows it covers; false when it has too few.
+/// Copies a decoded chunk, `width` samples a row, into the rows it covers, which may be shorter; false when it has too
+/// few.
 fn copy<'a>(
     targets: impl Iterator<Item = &'a mut [f32]>,
     samples: DecodingResult,

@@ -1,0 +1,288 @@
+//! Marching tracers against the certified one, ray by ray: families of rays drawn from a seed, counted apart.
+
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use terrain_model::bounds::THRESHOLD;
+use terrain_model::program::Program;
+use terrain_model::trace::camera::Camera;
+use terrain_model::trace::certified::{Certified, CertifiedTracer, Effort};
+use terrain_model::trace::{Answer, HeightRay, Ray, RayFunction, Settings, Surface, Tracer};
+
+use glam::{DVec2, DVec3};
+
+/// How rays are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Through a random point of the scene's picture.
+    Camera,
+    /// Close above the ground and nearly along it.
+    Grazing,
+    /// From under the ground or under the model.
+    FromBelow,
+    /// From outside the support, at any height.
+    Outside,
+    /// Along the border of the domain.
+    DomainEdge,
+}
+
+impl Family {
+    /// All of them.
+    pub const ALL: [Family; 5] =
+        [Family::Camera, Family::Grazing, Family::FromBelow, Family::Outside, Family::DomainEdge];
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Family::Camera => "camera",
+            Family::Grazing => "grazing",
+            Family::FromBelow => "from below",
+            Family::Outside => "outside",
+            Family::DomainEdge => "domain edge",
+        }
+    }
+}
+
+/// SplitMix64, one stream a ray: the rays do not depend on how they are shared out.
+struct Random(u64);
+
+impl Random {
+    fn for_ray(seed: u64, index: u64) -> Random {
+        Random(seed ^ index.wrapping_mul(0xD6E8_FEB8_6659_FD93))
+    }
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+    fn range(&mut self, lo: f64, hi: f64) -> f64 {
+        lo + (hi - lo) * ((self.next() >> 11) as f64 / (1u64 << 53) as f64)
+    }
+    fn heading(&mut self) -> DVec2 {
+        let angle = self.range(0.0, TAU);
+        DVec2::new(libm::cos(angle), libm::sin(angle))
+    }
+}
+
+/// What rays are drawn over.
+pub struct Ground<'a> {
+    /// The terrain.
+    pub program: &'a Program,
+    /// The picture's camera.
+    pub camera: Camera,
+    /// Box of interest, metres: where the picture's ground lies.
+    pub extent: (DVec2, DVec2),
+    /// Lowest and highest ground, metres.
+    pub elevations: [f64; 2],
+}
+
+impl Ground<'_> {
+    /// Ray `index` of the sequence that `seed` starts, with its family.
+    pub fn ray(&self, seed: u64, index: u64) -> (Family, Ray) {
+        let family = Family::ALL[(index % 5) as usize];
+        let mut random = Random::for_ray(seed, index);
+        (family, self.draw(family, &mut random))
+    }
+    fn point(&self, random: &mut Random) -> DVec2 {
+        let (lo, hi) = self.extent;
+        DVec2::new(random.range(lo.x, hi.x), random.range(lo.y, hi.y))
+    }
+    fn draw(&self, family: Family, random: &mut Random) -> Ray {
+        let (lo, hi) = self.extent;
+        let size = (hi - lo).max_element();
+        let relief = (self.elevations[1] - self.elevations[0]).max(1e-3 * size);
+        let aimed = |origin: DVec3, target: DVec3| {
+            let d = target - origin;
+            Ray { origin, direction: if d.length() > 0.0 { d.normalize() } else { DVec3::NEG_Z } }
+        };
+        match family {
+            Family::Camera => {
+                let x = random.range(0.0, self.camera.width() as f64);
+                let y = random.range(0.0, self.camera.height() as f64);
+                self.camera.ray(x, y)
+            }
+            Family::Grazing => {
+                let p = self.point(random);
+                let above = relief * 0.2 * random.range(0.0, 1.0);
+                let origin = p.extend(self.program.height(p).0 + above * above / relief + 0.01);
+                let heading = random.heading();
+                Ray { origin, direction: heading.extend(random.range(-0.12, 0.06)).normalize() }
+            }
+            Family::FromBelow => {
+                let p = self.point(random);
+                let ground = if random.next() & 1 == 0 { self.program.height(p).0 } else { self.elevations[0] };
+                let origin = p.extend(ground - relief * random.range(0.0, 0.5));
+                let away = self.point(random);
+                aimed(origin, away.extend(random.range(self.elevations[0], self.elevations[1] + relief)))
+            }
+            Family::Outside => {
+                let centre = 0.5 * (lo + hi);
+                let start = centre + random.heading() * size * random.range(1.5, 3.0);
+                let origin = start.extend(random.range(self.elevations[0] - relief, self.elevations[1] + 0.5 * size));
+                let target = self.point(random);
+                aimed(origin, target.extend(random.range(self.elevations[0], self.elevations[1])))
+            }
+            Family::DomainEdge => {
+                // A point of the border by bisection outward from inside, then along the level line of the weight.
+                let heading = random.heading();
+                let inside = self.point(random);
+                let (mut near, mut far) = (0.0, 4.0 * size);
+                for _ in 0..50 {
+                    let middle = 0.5 * (near + far);
+                    if self.program.height(inside + heading * middle).1 >= THRESHOLD {
+                        near = middle
+                    } else {
+                        far = middle
+                    }
+                }
+                let border = inside + heading * near;
+                let gradient = self.program.sample(border).weight_gradient;
+                let along = if gradient.length() > 0.0 { gradient.perp().normalize() } else { heading.perp() };
+                let turned = (along + random.heading() * 0.02).normalize();
+                let start = border - turned * size * random.range(0.1, 0.8);
+                let z = random.range(self.elevations[0] - 0.1 * relief, self.elevations[1]);
+                let target = self.program.height(border).0 + relief * random.range(-0.1, 0.1);
+                aimed(start.extend(z), (border + random.heading() * 0.01 * size).extend(target))
+            }
+        }
+    }
+}
+
+/// What a comparison counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Rays compared.
+    pub rays: u64,
+    /// Rays on which the certified tracer found the surface.
+    pub hits: u64,
+    /// Rays on which it found a wall.
+    pub walls: u64,
+    /// Answers that lie beyond the certified bracket plus τ, or are none.
+    pub missed_hits: u64,
+    /// Answers where h ≥ ε is proved, or where a miss is certified.
+    pub false_hits: u64,
+    /// Rays that ran out of steps.
+    pub gave_up: u64,
+    /// Rays the certified tracer could not decide: never counted as agreement.
+    pub undecided: u64,
+    /// Largest distance by which a hit lies before the certified bracket, metres.
+    pub max_early: f64,
+    /// Evaluations of the marching tracer.
+    pub evaluations: u64,
+}
+
+impl Tally {
+    fn merge(self, o: Tally) -> Tally {
+        Tally {
+            rays: self.rays + o.rays,
+            hits: self.hits + o.hits,
+            walls: self.walls + o.walls,
+            missed_hits: self.missed_hits + o.missed_hits,
+            false_hits: self.false_hits + o.false_hits,
+            gave_up: self.gave_up + o.gave_up,
+            undecided: self.undecided + o.undecided,
+            max_early: self.max_early.max(o.max_early),
+            evaluations: self.evaluations + o.evaluations,
+        }
+    }
+    /// Does every decided ray agree?
+    pub fn clean(&self) -> bool {
+        self.missed_hits == 0 && self.false_hits == 0 && self.gave_up == 0
+    }
+    /// One answer against the truth.
+    fn count(&mut self, answer: Answer, truth: Certified, above: impl FnOnce(f64) -> bool, bracket: f64) {
+        self.rays += 1;
+        self.gave_up += u64::from(matches!(answer, Answer::GaveUp { .. }));
+        match truth {
+            Certified::Hit { t0, t1 } | Certified::Wall { t0, t1 } => {
+                let is_hit = matches!(truth, Certified::Hit { .. });
+                self.hits += u64::from(is_hit);
+                self.walls += u64::from(!is_hit);
+                match answer.distance() {
+                    Some(t) if t <= t1 + bracket => {
+                        if let Answer::Hit { t } = answer {
+                            self.max_early = self.max_early.max(t0 - t);
+                            self.false_hits += u64::from(above(t));
+                        }
+                    }
+                    _ => self.missed_hits += 1,
+                }
+            }
+            Certified::Miss => self.false_hits += u64::from(answer.distance().is_some()),
+            Certified::Undecided { .. } => self.undecided += 1,
+        }
+    }
+}
+
+/// Compares tracers, each over its own surface of the same program, on rays `first..first + count` of the sequence.
+/// Returns a tally for each tracer and family.
+pub fn compare(
+    ground: &Ground<'_>,
+    tracers: &[(Tracer, &Surface<'_>)],
+    settings: &Settings,
+    effort: &Effort,
+    seed: u64,
+    rays: std::ops::Range<u64>,
+    advance: &(dyn Fn(u64) + Sync),
+) -> Vec<[Tally; 5]> {
+    const CHUNK: u64 = 256;
+    let chunks: Vec<u64> = (rays.start..rays.end).step_by(CHUNK as usize).collect();
+    chunks
+        .into_par_iter()
+        .map(|start| {
+            let mut fields: Vec<HeightRay<'_>> = tracers.iter().map(|(_, surface)| HeightRay::new(surface)).collect();
+            let mut oracle = CertifiedTracer::new(ground.program);
+            let mut tallies = vec![[Tally::default(); 5]; tracers.len()];
+            let end = (start + CHUNK).min(rays.end);
+            for index in start..end {
+                let (family, ray) = ground.ray(seed, index);
+                let truth = oracle.trace(&ray, effort);
+                for (k, (tracer, surface)) in tracers.iter().enumerate() {
+                    let field = &mut fields[k];
+                    field.aim(ray);
+                    let answer = tracer.trace(surface, field, settings);
+                    let tally = &mut tallies[k][family as usize];
+                    tally.evaluations += field.evaluations();
+                    tally.count(answer, truth, |t| oracle.above_at(&ray, t, settings.epsilon), effort.bracket);
+                }
+            }
+            advance(end - start);
+            tallies
+        })
+        .reduce(
+            || vec![[Tally::default(); 5]; tracers.len()],
+            |mut a, b| {
+                for (x, y) in a.iter_mut().flatten().zip(b.into_iter().flatten()) {
+                    *x = x.merge(y);
+                }
+                a
+            },
+        )
+}
+
+/// All families together.
+pub fn total(tallies: &[Tally; 5]) -> Tally {
+    tallies.iter().fold(Tally::default(), |sum, tally| sum.merge(*tally))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_are_counted_by_where_they_lie() {
+        let truth = Certified::Hit { t0: 10.0, t1: 10.001 };
+        let count = |answer, truth, above: bool| {
+            let mut tally = Tally::default();
+            tally.count(answer, truth, |_| above, 0.001);
+            (tally.missed_hits, tally.false_hits, tally.undecided)
+        };
+        assert_eq!(count(Answer::Hit { t: 9.9995 }, truth, false), (0, 0, 0));
+        assert_eq!(count(Answer::Hit { t: 10.0025 }, truth, false), (1, 0, 0));
+        assert_eq!(count(Answer::Miss, truth, false), (1, 0, 0));
+        assert_eq!(count(Answer::Hit { t: 5.0 }, truth, true), (0, 1, 0));
+        assert_eq!(count(Answer::Hit { t: 5.0 }, Certified::Miss, false), (0, 1, 0));
+        assert_eq!(count(Answer::Miss, Certified::Miss, false), (0, 0, 0));
+        assert_eq!(count(Answer::Miss, Certified::Undecided { t0: 1.0, t1: 2.0 }, false), (0, 0, 1));
+    }
+}

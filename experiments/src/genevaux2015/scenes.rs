@@ -1,0 +1,48 @@
+//! The paper's scenes, built into the program.
+
+use crate::scenes;
+use terrain_model::program::Program;
+use terrain_model::scene::Scene;
+
+/// A scene of Table 1 with its ground compiled.
+pub struct TableScene {
+    /// Name in metrics, as `fig3`.
+    pub name: &'static str,
+    /// Name in the paper's table.
+    pub row: &'static str,
+    /// The scene.
+    pub scene: Scene,
+    /// Its ground.
+    pub program: Program,
+}
+
+/// The scenes that exist so far, in the table's order.
+///
+/// # Errors
+/// What is wrong with a built-in scene: a bug.
+pub fn table_scenes() -> Result<Vec<TableScene>, String> {
+    [("fig3", "Fig 3"), ("fig19", "Fig 19")]
+        .into_iter()
+        .map(|(name, row)| {
+            let scene = scenes::load(&format!("builtin:{name}")).map_err(|error| error.to_string())?;
+            let program = scene.program(scene.ground()).map_err(|error| format!("{name}: {error}"))?;
+            Ok(TableScene { name, row, scene, program })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_have_the_counts_of_the_table() {
+        let table = terrain_papers::tables::genevaux2015_table1().unwrap();
+        for scene in table_scenes().unwrap() {
+            let row = table.rows.iter().find(|row| row.scene == scene.row).expect("a row of the table");
+            let root = scene.scene.layers[scene.scene.ground()];
+            let (primitives, operators) = scene.scene.tree.count(root);
+            assert_eq!((primitives as u32, operators as u32), (row.primitives, row.operators), "{}", scene.name);
+        }
+    }
+}
