@@ -2,9 +2,6 @@
 //! [`pulp::Arch::dispatch`] the compiler turns them into the widest vector instructions the processor has, without a
 //! build-time target and without `unsafe`.
 
-// Indexed element-wise loops over fixed arrays are what the vectoriser recognises at every lane count.
-#![allow(clippy::needless_range_loop)]
-
 use crate::real::{Mask, Real};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
