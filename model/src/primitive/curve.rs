@@ -61,9 +61,31 @@ pub fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segments: usize,
     if !R::zero().less(weight).may_hold() {
         return (R::zero(), weight);
     }
-    let mut parts = [Operand::absent(); MAX_SEGMENTS];
+    // Room for 64 segments of lanes is 8 KiB to clear; most curves have few.
+    let elevation = if segments <= FEW {
+        joined::<R, P, FEW>(p, segments, pieces, x, nearest)
+    } else {
+        joined::<R, P, MAX_SEGMENTS>(p, segments, pieces, x, nearest)
+    };
+    (elevation, weight)
+}
+
+/// Segments of a short curve.
+const FEW: usize = 8;
+
+/// The mean elevation of the segments, of which there are at most `N`, that lie about as near as the nearest.
+#[inline(always)]
+fn joined<R: Number, P: Copy + Into<f64>, const N: usize>(
+    p: Parameters<P>,
+    segments: usize,
+    pieces: usize,
+    x: [R; 2],
+    nearest: R,
+) -> R {
+    let section = Parameters(&p.0[WIDTH + segments * SEGMENT_WIDTH..]);
+    let mut parts = [Operand::absent(); N];
     let mut count = 0;
-    for segment in 0..segments.min(MAX_SEGMENTS) {
+    for segment in 0..segments.min(N) {
         let foot = foot(p, segment, x);
         let excess = (foot.distance_squared - nearest).max(R::zero()) * p.get::<R>(2);
         if excess.less(R::one()).may_hold() {
@@ -73,7 +95,7 @@ pub fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segments: usize,
         }
     }
     // The nearest segment has weight 1.
-    (R::weighted_mean(&parts[..count], 1.0).elevation, weight)
+    R::weighted_mean(&parts[..count], 1.0).elevation
 }
 
 /// Range and slopes over a region: the formula itself on duals of intervals over the region's extent, met with the
@@ -129,6 +151,12 @@ pub fn support_slope(p: &[f64], segments: usize, pieces: usize) -> f64 {
         let u = nearest_squared(p, segments, &Region { extent, ends: None }) * Interval::point(p.0[0]);
         (u.lo() < 1.0).then(|| enclose(p, segments, pieces, extent).2)
     })
+}
+
+/// Range of the weight alone: all that pruning asks, and much cheaper than [`bounds`].
+pub fn weight_range(p: Parameters<f64>, segments: usize, region: &Region) -> Interval {
+    let range = Interval::point(p.0[1]) * wyvill(nearest_squared(p, segments, region) * Interval::point(p.0[0]));
+    if range.hi() <= 0.0 { Interval::ZERO } else { Interval::new(range.lo().max(0.0), range.hi()) }
 }
 
 /// Encloses the squared distance to the skeleton over a region.
