@@ -98,7 +98,7 @@ pub fn scene() -> Result<Program, ExperimentError> {
         let centre = DVec3::new(centre.0, centre.1, 20.0 + 10.0 * k as f64);
         land.push(tree.push(Node::Disc { centre, radius: 900.0, weight: 1.0, noise: None }));
     }
-    for k in 0..14u32 {
+    for k in 0..15u32 {
         let (column, row) = (f64::from(k % 4), f64::from(k / 4));
         let centre = DVec3::new((column + next()) * 250.0, (row + next()) * 250.0, 40.0 + 60.0 * next());
         let radius = 180.0 + 120.0 * next();
@@ -107,7 +107,7 @@ pub fn scene() -> Result<Program, ExperimentError> {
     }
     let land = tree.push(Node::Blend(land));
     let centre = DVec3::new(700.0, 300.0, 10.0);
-    let knoll = tree.push(Node::Disc { centre, radius: 200.0, weight: 1.0, noise: Some(noise(14, 8.0)) });
+    let knoll = tree.push(Node::Disc { centre, radius: 200.0, weight: 1.0, noise: Some(noise(15, 8.0)) });
     let land = tree.push(Node::Add { a: land, b: knoll, rule: WeightRule::Keep });
     let points = (0..9)
         .map(|k| {
