@@ -28,7 +28,7 @@ pub const EXPERIMENT: Experiment = Experiment {
     code: "experiments/src/genevaux2015/noise_bound.rs",
     test: "experiments/src/genevaux2015/noise_bound/octaves.rs::sums_pass_the_printed_bound_and_ridges_the_sum_rule_but_neither_its_own",
     expected: |profile| Expected {
-        seconds: profile.pick(10.0, 400.0),
+        seconds: profile.pick(5.0, 400.0),
         memory_bytes: profile.pick(64 << 20, 256 << 20),
         disk_bytes: 256 << 10,
     },
@@ -44,8 +44,8 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     let start = Instant::now();
     let progress = ctx.progress("noises", 3);
     let seed = ctx.seed_for("climb") as u32;
-    let evaluations = ctx.profile.pick(90_000, 3_000_000);
-    let starts = ctx.profile.pick(150, 3000);
+    let evaluations = ctx.profile.pick(300_000, 5_000_000);
+    let starts = ctx.profile.pick(600, 6000);
     let found = survey(MOST, seed, evaluations);
     progress.advance(1);
     let eight = Steepest::of(halving(MOST), seed, starts);

@@ -68,9 +68,9 @@ pub fn spires() -> Result<Scene, ExperimentError> {
     let mut highest = 0.0f64;
     for row in -3i32..=3 {
         for column in -3i32..=3 {
-            let grid = DVec2::new(f64::from(column) + 0.5 * f64::from(row.rem_euclid(2)), 0.87 * f64::from(row)) * 44.0;
+            let grid = DVec2::new(f64::from(column) + 0.5 * f64::from(row.rem_euclid(2)), 0.87 * f64::from(row)) * 52.0;
             let shift = DVec2::new(random.range(-3.0, 3.0), random.range(-3.0, 3.0));
-            let radius = random.range(10.0, 18.0);
+            let radius = random.range(12.0, 21.0);
             let peak = radius * SLENDER * random.range(0.8, 1.2);
             if grid.length() > 130.0 {
                 continue;
@@ -85,7 +85,7 @@ pub fn spires() -> Result<Scene, ExperimentError> {
         name: "spires",
         program: blend(&discs)?,
         placement: CameraPlacement {
-            eye: DVec3::new(-250.0, -130.0, 70.0),
+            eye: DVec3::new(-235.0, -120.0, 68.0),
             target: DVec3::new(0.0, 0.0, 8.0),
             field_of_view: 0.62,
         },
