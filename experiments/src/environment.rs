@@ -65,6 +65,20 @@ pub struct Gpu {
     pub software: bool,
 }
 
+impl From<terrain_gpu::context::Description> for Gpu {
+    fn from(found: terrain_gpu::context::Description) -> Self {
+        Self { adapter: found.name, driver: found.driver, backend: found.backend, software: found.software }
+    }
+}
+
+impl Gpu {
+    /// The adapter that experiments of this run would use, for [`crate::report::Outcome::gpu`]. Asking loads the drivers, so it is
+    /// left to experiments that use one.
+    pub fn here() -> Option<Self> {
+        terrain_gpu::context::describe().map(Self::from)
+    }
+}
+
 impl Environment {
     /// Gathers what can be known of this process. The caller adds the GPU, the seeds and the inputs of experiments.
     pub fn gather() -> Self {
@@ -180,6 +194,16 @@ mod tests {
         for name in ["dirty", "cpu", "cores", "memory_bytes", "gpu"] {
             let present = environment.get(name).is_some_and(|value| !value.is_null());
             assert_ne!(present, environment["absent"].get(name).is_some(), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_adapter_of_this_machine_is_described_or_absent() {
+        match Gpu::here() {
+            Some(gpu) => {
+                assert!(!gpu.adapter.is_empty() && gpu.software == gpu.adapter.ends_with("(software)"), "{gpu:?}")
+            }
+            None => eprintln!("skipped: no adapter"),
         }
     }
 

@@ -4,6 +4,7 @@ pub mod environment;
 pub mod experiment;
 pub mod genevaux2015;
 mod memory;
+pub mod model;
 pub mod report;
 pub mod runner;
 pub mod scenes;
@@ -13,7 +14,7 @@ use experiment::Experiment;
 
 /// Every experiment, in the order of the report.
 pub fn experiments() -> Vec<&'static Experiment> {
-    genevaux2015::EXPERIMENTS.to_vec()
+    [model::EXPERIMENTS, genevaux2015::EXPERIMENTS].concat()
 }
 
 /// The experiments that `ids` name, in the order of the report: an id, or a paper for all of its experiments.

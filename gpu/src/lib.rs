@@ -1,1 +1,4 @@
-//! The GPU side: adapters, and run-time tessellated detail, on wgpu.
+//! The GPU side: adapters, and kernels that compute what `terrain-model` computes, on wgpu.
+
+pub mod context;
+pub mod lattice_hash;

@@ -43,8 +43,8 @@ impl<R: Real, const K: usize> Dual<R, K> {
     #[inline(always)]
     fn zip(self, other: Self, value: R, f: impl Fn(R, R) -> R) -> Self {
         let mut slope = self.slope;
-        for k in 0..K {
-            slope[k] = f(self.slope[k], other.slope[k]);
+        for (a, b) in slope.iter_mut().zip(other.slope) {
+            *a = f(*a, b);
         }
         Dual { value, slope }
     }
@@ -71,6 +71,8 @@ impl<R: Real, const K: usize> Sub for Dual<R, K> {
 impl<R: Real, const K: usize> Mul for Dual<R, K> {
     type Output = Self;
     #[inline(always)]
+    // The product rule adds.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     fn mul(self, o: Self) -> Self {
         self.zip(o, self.value * o.value, |a, b| a * o.value + self.value * b)
     }
@@ -78,6 +80,8 @@ impl<R: Real, const K: usize> Mul for Dual<R, K> {
 impl<R: Real, const K: usize> Div for Dual<R, K> {
     type Output = Self;
     #[inline(always)]
+    // The quotient rule multiplies and subtracts.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     fn div(self, o: Self) -> Self {
         let value = self.value / o.value;
         self.zip(o, value, |a, b| (a - value * b) / o.value)

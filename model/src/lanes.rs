@@ -50,10 +50,11 @@ impl<const N: usize> Lanes<N> {
         for i in 0..N {
             let shifted = self.0[i] + MAGIC;
             let nearest = shifted - MAGIC;
-            let above = nearest > self.0[i];
-            integers[i] =
-                (shifted.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32).wrapping_sub(i32::from(above));
-            numbers[i] = nearest - if above { 1.0 } else { 0.0 };
+            // All ones where the nearest integer lies above: the difference is exact, and never −0, so as an integer
+            // it is positive there and nowhere else. A comparison would be packed to bytes and unpacked again.
+            let above = ((nearest - self.0[i]).to_bits() as i32).wrapping_neg() >> 31;
+            integers[i] = (shifted.to_bits() as i32).wrapping_sub(MAGIC.to_bits() as i32).wrapping_add(above);
+            numbers[i] = nearest - f32::from_bits(above as u32 & 1.0f32.to_bits());
         }
         (integers, Lanes(numbers))
     }

@@ -16,5 +16,6 @@ pub const INPUTS: &[(&str, &str)] = &[
     ("papers/genevaux2015/tables.toml", tables::GENEVAUX2015),
     ("papers/genevaux2015/verdicts.toml", verdicts::GENEVAUX2015),
     ("papers/hnaidi2010/tables.toml", tables::HNAIDI2010),
+    ("papers/model/verdicts.toml", verdicts::MODEL),
     ("papers/paris2019/tables.toml", tables::PARIS2019),
 ];

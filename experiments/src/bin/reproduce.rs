@@ -5,6 +5,7 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use terrain_experiments::experiment::{Expected, Experiment, Profile};
+use terrain_experiments::model::throughput::count_scalar;
 use terrain_experiments::report::words::{bytes, duration, results};
 use terrain_experiments::runner::{Settings, Shard, regressions, run};
 use terrain_experiments::{experiments, select};
@@ -34,6 +35,12 @@ enum Verb {
     },
     /// Runs every experiment
     All,
+    /// Evaluates the scene of `model/throughput` and nothing else: what is run to count instructions
+    #[command(hide = true)]
+    CountScalar {
+        /// Evaluations
+        count: u32,
+    },
 }
 
 #[derive(Args)]
@@ -74,6 +81,9 @@ fn start(cli: Cli) -> Result<ExitCode, String> {
             return Ok(ExitCode::SUCCESS);
         }
         Some(Verb::Run { ids }) => select(&experiments(), &ids)?,
+        Some(Verb::CountScalar { count }) => {
+            return count_scalar(count).map(|_| ExitCode::SUCCESS).map_err(|error| error.to_string());
+        }
         Some(Verb::All) | None => experiments(),
     };
     let chosen = options.shard.map_or(chosen.clone(), |shard| shard.of(chosen));

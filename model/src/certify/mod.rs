@@ -1,6 +1,7 @@
 //! Branch and bound over intervals: turns an enclosure into a proof that a function stays below a number on a box.
 //! Deterministic, budgeted, the same on any number of threads.
 
+pub mod cover;
 pub mod noise;
 pub mod slope;
 pub mod tree;

@@ -13,7 +13,7 @@ use crate::interval::Interval;
 use crate::real::Real;
 
 /// Most cells, or tetrahedron corners, looked at one by one; a larger box gets the global bounds.
-const CELLS: i64 = 64;
+const CELLS: i64 = 4;
 
 /// The fade of an interval in [0, 1] and its derivative. The fade increases, so its ends are its values at the ends.
 pub(crate) fn fade_of(t: Interval) -> (Interval, Interval) {
@@ -127,7 +127,7 @@ pub(super) fn for_each_kernel(
     let reach = local.map(|x| x + skew + Interval::symmetric(1.0));
     let first = reach.map(|u| u.lo().floor() as i64);
     let last = reach.map(|u| u.hi().ceil() as i64);
-    if (0..3).map(|k| (last[k] - first[k] + 1) as f64).product::<f64>() > 8.0 * CELLS as f64 {
+    if (0..3).map(|k| (last[k] - first[k] + 1) as f64).product::<f64>() > 64.0 * CELLS as f64 {
         return false;
     }
     for i in first[0]..=last[0] {

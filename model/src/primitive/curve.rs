@@ -8,6 +8,7 @@
 
 use super::{Number, Parameters};
 use crate::bounds::{Bounds, Region, times_up};
+use crate::certify::cover::largest_over;
 use crate::dual::Dual;
 use crate::falloff::{WYVILL_SLOPE, wyvill};
 use crate::interval::Interval;
@@ -60,9 +61,31 @@ pub fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segments: usize,
     if !R::zero().less(weight).may_hold() {
         return (R::zero(), weight);
     }
-    let mut parts = [Operand::absent(); MAX_SEGMENTS];
+    // Room for 64 segments of lanes is 8 KiB to clear; most curves have few.
+    let elevation = if segments <= FEW {
+        joined::<R, P, FEW>(p, segments, pieces, x, nearest)
+    } else {
+        joined::<R, P, MAX_SEGMENTS>(p, segments, pieces, x, nearest)
+    };
+    (elevation, weight)
+}
+
+/// Segments of a short curve.
+const FEW: usize = 8;
+
+/// The mean elevation of the segments, of which there are at most `N`, that lie about as near as the nearest.
+#[inline(always)]
+fn joined<R: Number, P: Copy + Into<f64>, const N: usize>(
+    p: Parameters<P>,
+    segments: usize,
+    pieces: usize,
+    x: [R; 2],
+    nearest: R,
+) -> R {
+    let section = Parameters(&p.0[WIDTH + segments * SEGMENT_WIDTH..]);
+    let mut parts = [Operand::absent(); N];
     let mut count = 0;
-    for segment in 0..segments.min(MAX_SEGMENTS) {
+    for segment in 0..segments.min(N) {
         let foot = foot(p, segment, x);
         let excess = (foot.distance_squared - nearest).max(R::zero()) * p.get::<R>(2);
         if excess.less(R::one()).may_hold() {
@@ -72,7 +95,7 @@ pub fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segments: usize,
         }
     }
     // The nearest segment has weight 1.
-    (R::weighted_mean(&parts[..count], 1.0).elevation, weight)
+    R::weighted_mean(&parts[..count], 1.0).elevation
 }
 
 /// Range and slopes over a region: the formula itself on duals of intervals over the region's extent, met with the
@@ -106,22 +129,12 @@ fn enclose(
 /// Boxes that the compiler looks at to bound the slope of one curve.
 const COMPILE_BUDGET: usize = 20_000;
 
-/// A slope bound over the whole support of a compiled curve: the steepest of boxes that cover it, the worst of them
-/// split until none is steeper than the steepest that is already as small as a quarter of the joint, or the budget ends.
+/// A slope bound over the whole support of a compiled curve.
 pub fn support_slope(p: &[f64], segments: usize, pieces: usize) -> f64 {
     let p = Parameters(p);
     let radius = Real::sqrt(Interval::point(1.0) / Interval::point(p.0[0])).hi();
     let smallest = 0.25 / p.0[2].sqrt();
     let reach = Interval::symmetric(radius);
-    let mut parts: Vec<(f64, [Interval; 2])> = Vec::new();
-    let add = |parts: &mut Vec<(f64, [Interval; 2])>, extent: [Interval; 2]| {
-        let u = nearest_squared(p, segments, &Region { extent, ends: None }) * Interval::point(p.0[0]);
-        if u.lo() < 1.0 {
-            let slope = enclose(p, segments, pieces, extent).2;
-            let at = parts.partition_point(|part| part.0 < slope);
-            parts.insert(at, (slope, extent));
-        }
-    };
     let mut whole: Option<[Interval; 2]> = None;
     for segment in 0..segments {
         let k = WIDTH + segment * SEGMENT_WIDTH;
@@ -134,26 +147,16 @@ pub fn support_slope(p: &[f64], segments: usize, pieces: usize) -> f64 {
         }
     }
     let Some(whole) = whole else { return 0.0 };
-    add(&mut parts, whole);
-    let mut settled = 0.0f64;
-    for _ in 0..COMPILE_BUDGET {
-        let Some((slope, extent)) = parts.pop() else { return settled };
-        if slope <= settled {
-            return settled;
-        }
-        let axis = usize::from(extent[1].width() > extent[0].width());
-        if extent[axis].width() < smallest {
-            settled = slope;
-            continue;
-        }
-        let middle = extent[axis].middle();
-        for half in [Interval::new(extent[axis].lo(), middle), Interval::new(middle, extent[axis].hi())] {
-            let mut extent = extent;
-            extent[axis] = half;
-            add(&mut parts, extent);
-        }
-    }
-    parts.last().map_or(settled, |part| part.0.max(settled))
+    largest_over(whole, smallest, COMPILE_BUDGET, |extent| {
+        let u = nearest_squared(p, segments, &Region { extent, ends: None }) * Interval::point(p.0[0]);
+        (u.lo() < 1.0).then(|| enclose(p, segments, pieces, extent).2)
+    })
+}
+
+/// Range of the weight alone: all that pruning asks, and much cheaper than [`bounds`].
+pub fn weight_range(p: Parameters<f64>, segments: usize, region: &Region) -> Interval {
+    let range = Interval::point(p.0[1]) * wyvill(nearest_squared(p, segments, region) * Interval::point(p.0[0]));
+    if range.hi() <= 0.0 { Interval::ZERO } else { Interval::new(range.lo().max(0.0), range.hi()) }
 }
 
 /// Encloses the squared distance to the skeleton over a region.

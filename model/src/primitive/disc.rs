@@ -49,3 +49,13 @@ pub fn weight_bounds(p: Parameters<f64>, region: &Region) -> (Interval, f64) {
     let slope = scale * inverse_radius * Interval::point(steepest);
     (Interval::new(range.lo().max(0.0), range.hi()), slope.hi())
 }
+
+/// Range of the weight alone: all that pruning asks.
+pub fn weight_range(p: Parameters<f64>, region: &Region) -> Interval {
+    let u = region.distance_squared([p.0[0], p.0[1]]) * Interval::point(p.0[2]);
+    if u.lo() >= 1.0 {
+        return Interval::ZERO;
+    }
+    let range = Interval::point(p.0[3]) * wyvill(u);
+    Interval::new(range.lo().max(0.0), range.hi())
+}

@@ -359,16 +359,27 @@ pub fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, image: &Image, b
     (elevation, weight)
 }
 
+/// Range of the weight alone: all that pruning asks.
+pub fn weight_range(p: Parameters<f64>, region: &Region) -> Interval {
+    let point = |k: usize| Interval::point(p.0[k]);
+    let from_edge = |k: usize| point(8 + k) - Real::abs(region.extent[k] - point(6 + k));
+    let weight = point(11) * edge(from_edge(0), point(10)) * edge(from_edge(1), point(10));
+    if weight.hi() <= 0.0 || from_edge(0).hi() <= 0.0 || from_edge(1).hi() <= 0.0 {
+        return Interval::ZERO;
+    }
+    Interval::new(weight.lo().max(0.0), weight.hi())
+}
+
 /// Range and slopes over a region, from the pyramid. λ = √((M_x/l_x)² + (M_y/l_y)²) (claims G19).
 pub fn bounds(p: Parameters<f64>, image: &Image, region: &Region) -> Bounds {
     let point = |k: usize| Interval::point(p.0[k]);
     let x = region.extent;
-    let from_edge = |k: usize| point(8 + k) - Real::abs(x[k] - point(6 + k));
-    let (a, b) = (edge(from_edge(0), point(10)), edge(from_edge(1), point(10)));
-    let weight = point(11) * a * b;
-    if weight.hi() <= 0.0 || from_edge(0).hi() <= 0.0 || from_edge(1).hi() <= 0.0 {
+    let weight = weight_range(p, region);
+    if weight.hi() <= 0.0 {
         return Bounds::ABSENT;
     }
+    let from_edge = |k: usize| point(8 + k) - Real::abs(x[k] - point(6 + k));
+    let (a, b) = (edge(from_edge(0), point(10)), edge(from_edge(1), point(10)));
     let u = [(x[0] - point(0)) * point(2) + point(4), (x[1] - point(1)) * point(3) + point(5)];
     let [value, du, dv] = Interval::lookup_jet(image, [0, 0], u);
     let slope_u = (du * point(2) * point(12)).magnitude();
@@ -381,6 +392,5 @@ pub fn bounds(p: Parameters<f64>, image: &Image, region: &Region) -> Bounds {
     };
     let (sa, sb) = (times_up(steep(from_edge(0)), b.hi()), times_up(steep(from_edge(1)), a.hi()));
     let weight_slope = (point(11) * Interval::length(Interval::point(sa), Interval::point(sb))).hi();
-    let weight = Interval::new(weight.lo().max(0.0), weight.hi());
     Bounds::primitive(value * point(12) + point(13), weight, slope, weight_slope)
 }

@@ -1,5 +1,6 @@
 //! The SIMD executor: `f32` lanes over a tile program, with the instruction set chosen at run time.
 
+use super::run::Text;
 use super::{Evaluator, Program, TileProgram};
 use crate::bounds::Region;
 use crate::lanes::Lanes;
@@ -30,23 +31,38 @@ impl BatchEvaluator {
     /// When the lengths differ.
     pub fn evaluate(&mut self, tile: &TileProgram, x: &[f32], y: &[f32], elevation: &mut [f32], weight: &mut [f32]) {
         assert!(x.len() == y.len() && x.len() == elevation.len() && x.len() == weight.len());
-        let evaluator = &mut self.evaluator;
-        self.arch.dispatch(
-            #[inline(always)]
-            || {
-                let mut k = 0;
-                while k < x.len() {
-                    let n = (x.len() - k).min(WIDTH);
-                    let mut at = [Lanes::splat(x[k]), Lanes::splat(y[k])];
-                    at[0].0[..n].copy_from_slice(&x[k..k + n]);
-                    at[1].0[..n].copy_from_slice(&y[k..k + n]);
-                    let (f, a) = evaluator.run_text(tile.text(), at);
-                    elevation[k..k + n].copy_from_slice(&f.0[..n]);
-                    weight[k..k + n].copy_from_slice(&a.0[..n]);
-                    k += n;
-                }
-            },
-        );
+        self.arch.dispatch(Batch { evaluator: &mut self.evaluator, text: tile.text(), x, y, elevation, weight });
+    }
+}
+
+/// One call of the evaluator. A type with an inlined method, not a closure: the compiler wraps a closure's body into a
+/// function of its own, which is then compiled without the instruction set that was chosen.
+struct Batch<'a> {
+    evaluator: &'a mut Evaluator<Lanes<WIDTH>>,
+    text: Text<'a, f32>,
+    x: &'a [f32],
+    y: &'a [f32],
+    elevation: &'a mut [f32],
+    weight: &'a mut [f32],
+}
+
+impl pulp::WithSimd for Batch<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Batch { evaluator, text, x, y, elevation, weight } = self;
+        let mut k = 0;
+        while k < x.len() {
+            let n = (x.len() - k).min(WIDTH);
+            let mut at = [Lanes::splat(x[k]), Lanes::splat(y[k])];
+            at[0].0[..n].copy_from_slice(&x[k..k + n]);
+            at[1].0[..n].copy_from_slice(&y[k..k + n]);
+            let (f, a) = evaluator.run_text(text, at);
+            elevation[k..k + n].copy_from_slice(&f.0[..n]);
+            weight[k..k + n].copy_from_slice(&a.0[..n]);
+            k += n;
+        }
     }
 }
 
@@ -76,8 +92,8 @@ impl Program {
             .zip(baked.weight.par_chunks_mut(rows.max(1)))
             .enumerate()
             .for_each_init(
-                || (super::BoundsEvaluator::new(self), BatchEvaluator::new(self)),
-                |(bounds, batch), (band, (elevation, weight))| {
+                || (super::Pruner::new(self), BatchEvaluator::new(self)),
+                |(pruner, batch), (band, (elevation, weight))| {
                     let count = elevation.len() / width;
                     for left in (0..width).step_by(TILE) {
                         let columns = (width - left).min(TILE);
@@ -85,7 +101,7 @@ impl Program {
                         let far = corner + DVec2::new(columns as f64 - 1.0, count as f64 - 1.0) * spacing;
                         // A sample's own rounding may step over the edge by an ulp: the box is a hair larger.
                         let slack = DVec2::splat(1e-12) * (corner.abs().max(far.abs()) + spacing);
-                        let pruned = self.prune_with(bounds, Region::rectangle(corner - slack, far + slack));
+                        let pruned = pruner.prune(Region::rectangle(corner - slack, far + slack));
                         let tile = TileProgram::new(&pruned, corner);
                         let n = columns * count;
                         let (mut x, mut y) = (vec![0.0; n], vec![0.0; n]);

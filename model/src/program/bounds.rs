@@ -64,11 +64,6 @@ impl<'a> BoundsEvaluator<'a> {
     }
     /// Bounds over a region.
     pub fn bounds(&mut self, region: Region) -> Bounds {
-        self.visit(region, |_, _, _| {})
-    }
-    /// Bounds over a region; `note` receives, for each instruction that pushes or combines, its index, the bounds of
-    /// its operands and its own.
-    pub(crate) fn visit(&mut self, region: Region, mut note: impl FnMut(usize, &[Bounds], &Bounds)) -> Bounds {
         let program = self.program;
         let stack = &mut self.stack;
         let frames = &mut self.frames;
@@ -127,7 +122,6 @@ impl<'a> BoundsEvaluator<'a> {
                     operator::leave_bounds(tail(at), stack[first])
                 }
             };
-            note(index, &stack[first..], &result);
             stack.truncate(first);
             stack.push(result);
         }

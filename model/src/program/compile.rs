@@ -145,13 +145,9 @@ impl Compiler<'_> {
             Node::Image { image, origin, spacing, margin, weight, elevation_scale, elevation_offset } => {
                 let cells = DVec2::new(image.width() as f64 - 1.0, image.height() as f64 - 1.0);
                 let half = cells * *spacing * 0.5;
-                let sound = origin.is_finite() && spacing.is_finite() && spacing.min_element() > 0.0;
-                if !sound
-                    || !(*weight > 0.0
-                        && weight.is_finite()
-                        && elevation_scale.is_finite()
-                        && elevation_offset.is_finite())
-                {
+                let placed = origin.is_finite() && spacing.is_finite() && spacing.min_element() > 0.0;
+                let weighs = *weight > 0.0 && weight.is_finite();
+                if !(placed && weighs && elevation_scale.is_finite() && elevation_offset.is_finite()) {
                     return fail("an image needs a finite origin, positive spacing and weight");
                 }
                 if !(*margin > 0.0 && *margin <= half.min_element()) {

@@ -10,6 +10,7 @@ mod tile;
 pub use batch::{Baked, BatchEvaluator, WIDTH};
 pub use bounds::BoundsEvaluator;
 pub use compile::CompileError;
+pub use prune::Pruner;
 pub use run::{Evaluator, Sample};
 pub use tile::TileProgram;
 

@@ -2,12 +2,17 @@
 
 use super::sphere::Global;
 use super::{Ray, RayBounds, RayFunction, RayPoint};
-use crate::bounds::Region;
+use crate::bounds::{Region, THRESHOLD};
+use crate::certify::cover::largest_over;
 use crate::dual::Dual;
 use crate::interval::Interval;
 use crate::operator::BlendRule;
 use crate::program::{BoundsEvaluator, Evaluator, Program, Sample};
 use glam::{DVec2, DVec3};
+
+/// Splits spent on the slope bound of a whole terrain, and the finest part, as a share of the support's side.
+const BUDGET: usize = 4_000;
+const FINEST: f64 = 1.0 / 4096.0;
 
 /// A program prepared for tracing: its support and its bounds over all of it.
 #[derive(Clone, Debug)]
@@ -15,6 +20,7 @@ pub struct Surface<'a> {
     program: &'a Program,
     support: Option<(DVec2, DVec2)>,
     global: Global,
+    highest: f64,
     rule: BlendRule,
     slope_cap: f64,
 }
@@ -27,11 +33,21 @@ impl<'a> Surface<'a> {
     /// A terrain whose blends are bounded by `rule`.
     pub fn with_rule(program: &'a Program, rule: BlendRule) -> Surface<'a> {
         let support = program.support();
-        let bounds =
-            support.map(|(lo, hi)| BoundsEvaluator::with_rule(program, rule).bounds(Region::rectangle(lo, hi)));
-        let global =
-            Global { slope: bounds.map_or(0.0, |b| b.slope), weight_slope: bounds.map_or(0.0, |b| b.weight_slope) };
-        Surface { program, support, global, rule, slope_cap: f64::INFINITY }
+        let mut evaluator = BoundsEvaluator::with_rule(program, rule);
+        let mut global = Global { slope: 0.0, weight_slope: 0.0 };
+        let mut highest = f64::NEG_INFINITY;
+        if let Some((lo, hi)) = support {
+            let whole = Region::rectangle(lo, hi);
+            let bounds = evaluator.bounds(whole);
+            let smallest = (hi - lo).max_element() * FINEST;
+            let slope = largest_over(whole.extent, smallest, BUDGET, |extent| {
+                let bounds = evaluator.bounds(Region { extent, ends: None });
+                (bounds.weight.hi() >= THRESHOLD).then_some(bounds.slope)
+            });
+            global = Global { slope, weight_slope: bounds.weight_slope };
+            highest = bounds.elevation.hi();
+        }
+        Surface { program, support, global, highest, rule, slope_cap: f64::INFINITY }
     }
     /// A deliberately wrong terrain: no slope bound exceeds `slope`. A control for comparisons, never for pictures.
     #[must_use]
@@ -92,7 +108,17 @@ impl<'a> HeightRay<'a> {
 impl RayFunction for HeightRay<'_> {
     fn span(&self) -> Option<(f64, f64)> {
         let (lo, hi) = self.surface.support?;
-        clip(&self.ray, lo, hi)
+        let (near, far) = clip(&self.ray, lo, hi)?;
+        // Above the highest ground there is nothing to meet.
+        let (z, u) = (self.ray.origin.z, self.ray.direction.z);
+        let at_top = (self.surface.highest - z) / u;
+        let (near, far) = match () {
+            () if u < 0.0 => (near.max(at_top * (1.0 - 1e-12)), far),
+            () if u > 0.0 => (near, far.min(at_top * (1.0 + 1e-12))),
+            () if z > self.surface.highest => return None,
+            () => (near, far),
+        };
+        (near <= far).then_some((near, far))
     }
     fn value(&mut self, t: f64) -> RayPoint {
         self.evaluations += 1;

@@ -1,0 +1,267 @@
+//! One place that chooses an adapter, opens a device and moves words to and from it. An adapter that is emulated on the
+//! processor says so; a machine without one gives an error that says what to install.
+
+use std::sync::mpsc;
+use std::time::Duration;
+use wgpu::util::DeviceExt;
+
+/// The environment variable that names the adapter to use: any part of its name, case ignored.
+pub const ADAPTER_VARIABLE: &str = "TERRAIN_ADAPTER";
+
+/// Longest wait for the device. A kernel that takes longer is a bug or a hung driver.
+pub const TIMEOUT: Duration = Duration::from_secs(60);
+
+/// No kernel could run, or one did not finish.
+#[derive(Debug, thiserror::Error)]
+pub enum ContextError {
+    /// The machine has no driver.
+    #[error(
+        "no {} adapter was found: install a driver (Debian: apt-get install mesa-vulkan-drivers libvulkan1 gives the software one)",
+        if cfg!(target_os = "macos") { "Metal" } else if cfg!(windows) { "DirectX 12 or Vulkan" } else { "Vulkan" }
+    )]
+    NoAdapter,
+    /// Adapters exist, none of that name.
+    #[error("no adapter's name contains `{wanted}`; there are: {}", found.join(", "))]
+    NoSuchAdapter {
+        /// What was asked for.
+        wanted: String,
+        /// The names of the adapters.
+        found: Vec<String>,
+    },
+    /// The adapter gave no device.
+    #[error("{adapter} gave no device: {source}")]
+    Device {
+        /// The adapter's name.
+        adapter: String,
+        /// Why.
+        source: wgpu::RequestDeviceError,
+    },
+    /// A shader or a pipeline was refused.
+    #[error("{kernel}: {source}")]
+    Kernel {
+        /// Its name.
+        kernel: &'static str,
+        /// What is wrong with it.
+        source: wgpu::Error,
+    },
+    /// The device did not finish.
+    #[error("the device did not answer within {} s: {source}", TIMEOUT.as_secs())]
+    Poll {
+        /// What the wait returned.
+        source: wgpu::PollError,
+    },
+    /// The results could not be read back.
+    #[error("results could not be read back: {0}")]
+    ReadBack(String),
+}
+
+/// An adapter in words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Description {
+    /// Its name, with "software" where it is emulated on the processor.
+    pub name: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Vulkan, Metal or DirectX 12.
+    pub backend: String,
+    /// Whether it is emulated on the processor.
+    pub software: bool,
+}
+
+impl Description {
+    fn new(info: &wgpu::AdapterInfo) -> Description {
+        let software = info.device_type == wgpu::DeviceType::Cpu;
+        let name = if software { format!("{} (software)", info.name) } else { info.name.clone() };
+        let backend = match info.backend {
+            wgpu::Backend::Vulkan => "Vulkan",
+            wgpu::Backend::Metal => "Metal",
+            wgpu::Backend::Dx12 => "DirectX 12",
+            _ => "another",
+        };
+        let driver = format!("{} {}", info.driver, info.driver_info);
+        Description { name, driver: driver.trim().to_owned(), backend: backend.to_owned(), software }
+    }
+}
+
+/// The adapter a run on this machine would use, or `None` when it has none.
+pub fn describe() -> Option<Description> {
+    choose(None).ok().map(|adapter| Description::new(&adapter.get_info()))
+}
+
+/// The adapter that `wanted` or the environment names; without a name, the fastest kind there is, hardware before
+/// software.
+///
+/// # Errors
+/// When there is none, or none of that name.
+pub fn choose(wanted: Option<&str>) -> Result<wgpu::Adapter, ContextError> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    let from_environment = std::env::var(ADAPTER_VARIABLE).ok().filter(|name| !name.is_empty());
+    let wanted = wanted.map(str::to_owned).or(from_environment);
+    let names: Vec<(String, wgpu::DeviceType)> =
+        adapters.iter().map(wgpu::Adapter::get_info).map(|info| (info.name, info.device_type)).collect();
+    let chosen = pick(&names, wanted.as_deref())?;
+    adapters.into_iter().nth(chosen).ok_or(ContextError::NoAdapter)
+}
+
+/// Which of the adapters: the first of the best kind whose name contains `wanted`.
+fn pick(adapters: &[(String, wgpu::DeviceType)], wanted: Option<&str>) -> Result<usize, ContextError> {
+    use wgpu::DeviceType::{Cpu, DiscreteGpu, IntegratedGpu, Other, VirtualGpu};
+    if adapters.is_empty() {
+        return Err(ContextError::NoAdapter);
+    }
+    let rank = |kind: wgpu::DeviceType| match kind {
+        DiscreteGpu => 0,
+        IntegratedGpu => 1,
+        VirtualGpu => 2,
+        Other => 3,
+        Cpu => 4,
+    };
+    let named = |name: &str| wanted.is_none_or(|wanted| name.to_lowercase().contains(&wanted.to_lowercase()));
+    let fitting = adapters.iter().enumerate().filter(|(_, (name, _))| named(name));
+    fitting.min_by_key(|(_, (_, kind))| rank(*kind)).map(|(index, _)| index).ok_or_else(|| {
+        let found = adapters.iter().map(|(name, _)| name.clone()).collect();
+        ContextError::NoSuchAdapter { wanted: wanted.unwrap_or_default().to_owned(), found }
+    })
+}
+
+/// A device of one adapter, with all the limits the adapter has.
+#[derive(Debug)]
+pub struct Context {
+    description: Description,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+}
+
+impl Context {
+    /// Opens a device on the adapter that `wanted` or the environment names.
+    ///
+    /// # Errors
+    /// When there is no such adapter, or it gives no device.
+    pub fn new(wanted: Option<&str>) -> Result<Context, ContextError> {
+        Context::on(&choose(wanted)?)
+    }
+
+    /// Opens a device on an adapter.
+    ///
+    /// # Errors
+    /// When it gives none.
+    pub fn on(adapter: &wgpu::Adapter) -> Result<Context, ContextError> {
+        let info = adapter.get_info();
+        let request = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&request))
+            .map_err(|source| ContextError::Device { adapter: info.name.clone(), source })?;
+        Ok(Context { description: Description::new(&info), device, queue })
+    }
+
+    /// The adapter in words.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// A compute kernel from WGSL, with the bindings that the source declares.
+    ///
+    /// # Errors
+    /// When the source or the pipeline is refused.
+    pub fn kernel(&self, name: &'static str, source: &str, entry: &str) -> Result<wgpu::ComputePipeline, ContextError> {
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: None,
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        match pollster::block_on(scope.pop()) {
+            Some(source) => Err(ContextError::Kernel { kernel: name, source }),
+            None => Ok(pipeline),
+        }
+    }
+
+    /// Runs `kernel` with `groups` workgroups on `input` (binding 0) and returns the `output_words` that it writes to
+    /// binding 1.
+    ///
+    /// # Errors
+    /// When the device does not finish in time or the result cannot be read.
+    pub fn run(
+        &self,
+        kernel: &wgpu::ComputePipeline,
+        groups: [u32; 2],
+        input: &[u32],
+        output_words: usize,
+    ) -> Result<Vec<u32>, ContextError> {
+        let bytes: Vec<u8> = input.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let input = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("input"),
+            contents: &bytes,
+            usage: wgpu::BufferUsages::STORAGE,
+        });
+        let size = 4 * output_words as u64;
+        let buffer = |label, usage| {
+            self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let output = buffer("output", wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+        let host = buffer("host", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &kernel.get_bind_group_layout(0),
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
+            ],
+        });
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(kernel);
+        pass.set_bind_group(0, &bindings, &[]);
+        pass.dispatch_workgroups(groups[0], groups[1], 1);
+        drop(pass);
+        encoder.copy_buffer_to_buffer(&output, 0, &host, 0, size);
+        let submission = self.queue.submit([encoder.finish()]);
+
+        let (sender, receiver) = mpsc::channel();
+        host.map_async(wgpu::MapMode::Read, .., move |result| {
+            // The receiver lives until the end of this function; without it nobody waits for the answer.
+            let _ = sender.send(result);
+        });
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(TIMEOUT) };
+        self.device.poll(wait).map_err(|source| ContextError::Poll { source })?;
+        let failed = |error: &dyn std::fmt::Display| ContextError::ReadBack(error.to_string());
+        receiver.recv_timeout(TIMEOUT).map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+        let view = host.get_mapped_range(..).map_err(|error| failed(&error))?;
+        Ok(view.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wgpu::DeviceType::{Cpu, DiscreteGpu, IntegratedGpu};
+
+    #[test]
+    fn hardware_comes_before_software_and_a_name_before_both() {
+        let adapters = [("llvmpipe".to_owned(), Cpu), ("Iris".into(), IntegratedGpu), ("Arc 770".into(), DiscreteGpu)];
+        assert_eq!(pick(&adapters, None).unwrap(), 2);
+        assert_eq!(pick(&adapters[..2], None).unwrap(), 1);
+        assert_eq!(pick(&adapters, Some("LLVM")).unwrap(), 0);
+    }
+
+    #[test]
+    fn a_missing_adapter_is_one_line_that_says_what_to_do() {
+        let none = pick(&[], Some("x")).unwrap_err().to_string();
+        assert!(none.contains("install a driver") && none.contains("mesa-vulkan-drivers"), "{none}");
+        let other = pick(&[("llvmpipe".to_owned(), Cpu)], Some("geforce")).unwrap_err().to_string();
+        assert!(other.contains("`geforce`") && other.contains("llvmpipe"), "{other}");
+        assert!(!none.contains('\n') && !other.contains('\n'));
+    }
+}

@@ -1,0 +1,28 @@
+//! Every shader of the crate is parsed and validated, with or without an adapter.
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+fn validate(source: &str) -> Result<(), String> {
+    let module = naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))?;
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+    validator.validate(&module).map(|_| ()).map_err(|error| error.emit_to_string(source))
+}
+
+#[test]
+fn every_shader_is_valid() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/shaders");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        assert_eq!(path.extension().and_then(|e| e.to_str()), Some("wgsl"), "{} is no shader", path.display());
+        let source = std::fs::read_to_string(&path).unwrap();
+        validate(&source).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        count += 1;
+    }
+    assert!(count >= 1);
+}
+
+#[test]
+fn a_shader_with_a_type_error_is_refused() {
+    assert!(validate("fn f() -> u32 { return 1.0; }").is_err());
+}
