@@ -211,7 +211,7 @@ fn shares(found: &[Found]) -> Plot {
 fn over_the_sum_rule(found: &[Found]) -> Plot {
     let plot = Plot::new(
         "over-the-sum-rule",
-        "Steepest slope found over the sum rule: products of octaves pass 1",
+        "Steepest slope found over the sum rule: ridges pass 1",
         Axis::linear("octaves"),
         Axis::linear("found ÷ sum rule"),
     );
