@@ -83,6 +83,21 @@ impl Ground<'_> {
         let mut random = Random::for_ray(seed, index);
         (family, self.draw(family, &mut random))
     }
+    /// Ray `index` of those that climb past `focus`, the steepest place: where a slope bound that is too small is wrong.
+    fn climbing(&self, focus: DVec2, seed: u64, index: u64) -> Ray {
+        let mut random = Random::for_ray(seed, index);
+        let size = (self.extent.1 - self.extent.0).max_element();
+        let p = focus + random.heading() * size * 1e-3 * random.range(0.0, 1.0);
+        let sample = self.program.sample(p);
+        let uphill = if sample.gradient.length() > 0.0 { sample.gradient.normalize() } else { random.heading() };
+        let toward = (uphill + random.heading() * 0.3).normalize();
+        let back = size * random.range(0.001, 0.02);
+        let start = p - toward * back;
+        // Above the ground at its start and headed a little below the surface at p.
+        let z = self.program.height(start).0 + back * random.range(0.02, 0.6);
+        let target = sample.elevation - back * random.range(0.0, 0.1);
+        Ray { origin: start.extend(z), direction: (p.extend(target) - start.extend(z)).normalize() }
+    }
     fn point(&self, random: &mut Random) -> DVec2 {
         let (lo, hi) = self.extent;
         DVec2::new(random.range(lo.x, hi.x), random.range(lo.y, hi.y))
@@ -225,6 +240,31 @@ pub fn compare(
     rays: std::ops::Range<u64>,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Vec<[Tally; 5]> {
+    compare_rays(ground, tracers, settings, effort, rays, &|index| ground.ray(seed, index), advance)
+}
+
+/// [`compare`] on rays that climb past the steepest place; the tallies stand under one family.
+pub fn compare_climbing(
+    ground: &Ground<'_>,
+    tracers: &[(Tracer, &Surface<'_>)],
+    settings: &Settings,
+    effort: &Effort,
+    (seed, focus): (u64, DVec2),
+    rays: std::ops::Range<u64>,
+) -> Vec<[Tally; 5]> {
+    let draw = |index| (Family::Grazing, ground.climbing(focus, seed, index));
+    compare_rays(ground, tracers, settings, effort, rays, &draw, &|_| {})
+}
+
+fn compare_rays(
+    ground: &Ground<'_>,
+    tracers: &[(Tracer, &Surface<'_>)],
+    settings: &Settings,
+    effort: &Effort,
+    rays: std::ops::Range<u64>,
+    draw: &(dyn Fn(u64) -> (Family, Ray) + Sync),
+    advance: &(dyn Fn(u64) + Sync),
+) -> Vec<[Tally; 5]> {
     const CHUNK: u64 = 256;
     let chunks: Vec<u64> = (rays.start..rays.end).step_by(CHUNK as usize).collect();
     chunks
@@ -235,7 +275,7 @@ pub fn compare(
             let mut tallies = vec![[Tally::default(); 5]; tracers.len()];
             let end = (start + CHUNK).min(rays.end);
             for index in start..end {
-                let (family, ray) = ground.ray(seed, index);
+                let (family, ray) = draw(index);
                 let truth = oracle.trace(&ray, effort);
                 for (k, (tracer, surface)) in tracers.iter().enumerate() {
                     let field = &mut fields[k];

@@ -4,23 +4,42 @@
 //! for ever (claims G15).
 
 use super::march::{Settings, Step, march};
-use super::{Answer, RayFunction};
+use super::{Answer, RayFunction, RayPoint};
 use crate::bounds::THRESHOLD;
 
 /// δ ← GROWTH·s.
 const GROWTH: f64 = 2.0;
 
-/// Traces one ray.
-pub fn trace<F: RayFunction>(function: &mut F, settings: &Settings) -> Answer {
-    let mut candidate = f64::INFINITY;
-    march(function, settings, |function, t, end, point| {
-        candidate = candidate.min(end - t).max(settings.edge);
-        let bounds = function.bounds(t, t + candidate);
-        let delta = candidate;
+/// The candidate segment δ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate(f64);
+
+impl Candidate {
+    /// All of the ray.
+    pub fn whole() -> Candidate {
+        Candidate(f64::INFINITY)
+    }
+    /// The next one, after a step of `taken`.
+    pub fn follow(&mut self, taken: f64, settings: &Settings) {
+        self.0 = GROWTH * taken.max(settings.edge);
+    }
+    /// The step that bounds over the candidate allow at `t`. `descent` replaces the bound on h′ over the candidate, when
+    /// given.
+    pub fn step<F: RayFunction>(
+        &mut self,
+        function: &mut F,
+        (t, end): (f64, f64),
+        point: RayPoint,
+        descent: Option<f64>,
+        settings: &Settings,
+    ) -> Step {
+        let delta = self.0.min(end - t).max(settings.edge);
+        let bounds = function.bounds(t, t + delta);
+        let descent = descent.unwrap_or(bounds.descent);
         let step = if bounds.weight.hi() < THRESHOLD || bounds.height.lo() > 0.0 {
             Step::Free(delta)
         } else {
-            let to_surface = if bounds.descent >= 0.0 { delta } else { (point.height / -bounds.descent).min(delta) };
+            let to_surface = if descent >= 0.0 { delta } else { (point.height / -descent).min(delta) };
             let to_border = (point.weight - THRESHOLD).abs() / bounds.weight_slope.max(f64::MIN_POSITIVE);
             if bounds.weight.lo() >= THRESHOLD {
                 Step::Free(to_surface)
@@ -33,7 +52,13 @@ pub fn trace<F: RayFunction>(function: &mut F, settings: &Settings) -> Answer {
             }
         };
         let (Step::Free(taken) | Step::Border(taken)) = step;
-        candidate = GROWTH * taken.max(settings.edge);
+        self.follow(taken, settings);
         step
-    })
+    }
+}
+
+/// Traces one ray.
+pub fn trace<F: RayFunction>(function: &mut F, settings: &Settings) -> Answer {
+    let mut candidate = Candidate::whole();
+    march(function, settings, |function, t, end, point| candidate.step(function, (t, end), point, None, settings))
 }
