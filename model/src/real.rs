@@ -117,16 +117,22 @@ pub trait Real:
     #[inline(always)]
     fn weighted_mean(parts: &[Operand<Self>], least: f64) -> Operand<Self> {
         let _ = least;
-        let mut sum = Self::zero();
-        let mut weight = Self::zero();
-        for part in parts {
-            sum = sum + part.weight * part.elevation;
-            weight = weight + part.weight;
-        }
-        let positive = Self::zero().less(weight);
-        let mean = sum / Self::select(positive, weight, Self::one());
-        Operand { elevation: Self::select(positive, mean, Self::zero()), weight, product: sum }
+        plain_mean(parts)
     }
+}
+
+/// [`Real::weighted_mean`] by its own arithmetic: one sum of products, one of weights, a quotient.
+#[inline(always)]
+pub(crate) fn plain_mean<R: Real>(parts: &[Operand<R>]) -> Operand<R> {
+    let mut sum = R::zero();
+    let mut weight = R::zero();
+    for part in parts {
+        sum = sum + part.weight * part.elevation;
+        weight = weight + part.weight;
+    }
+    let positive = R::zero().less(weight);
+    let mean = sum / R::select(positive, weight, R::one());
+    Operand { elevation: R::select(positive, mean, R::zero()), weight, product: sum }
 }
 
 /// What a node passes to the operator above it.

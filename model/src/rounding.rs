@@ -3,7 +3,7 @@
 //! with the same order of operations must agree with exact arithmetic on the same inputs.
 
 use crate::interval::{Interval, Tri};
-use crate::real::Real;
+use crate::real::{Operand, Real, plain_mean};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Half an ulp of 1 in `f32`: |fl(x) − x| ≤ UNIT·|x| for a normal result.
@@ -123,6 +123,31 @@ impl Real for Rounded {
                 Rounded::new(exact, error * (1.0 + 4.0 * f64::EPSILON))
             }
         }
+    }
+    /// The plain analysis divides by the weight and has nothing to say where it vanishes; but a mean of weights ≥ 0, in
+    /// `f32` too, stays within what it averages.
+    fn weighted_mean(parts: &[Operand<Rounded>], _least: f64) -> Operand<Rounded> {
+        let mut mean = plain_mean(parts);
+        let mut hull: Option<(Interval, Interval)> = None;
+        for part in parts.iter().filter(|part| part.weight.reach().hi() > 0.0) {
+            let own = (part.elevation.exact, part.elevation.reach());
+            hull = Some(hull.map_or(own, |h| (h.0.hull(own.0), h.1.hull(own.1))));
+        }
+        let Some((mut exact, mut reach)) = hull else { return mean };
+        let least = mean.weight.reach().lo().min(mean.weight.exact.lo());
+        // n products and sums and one quotient round by at most 2n + 4 units of the largest operand together.
+        let widest = reach.magnitude();
+        let mut slack = (2.0 * parts.len() as f64 + 4.0) * UNIT * widest;
+        if least < 1e-30 {
+            // Products may underflow: then the quotient is anywhere between 0 and twice its size, or is 0 by definition.
+            (exact, reach) = (exact.hull(Interval::ZERO), reach.hull(Interval::ZERO));
+            slack += widest + 1.0;
+        }
+        let reach = reach + Interval::symmetric(slack);
+        let exact = mean.elevation.exact.meet(exact);
+        let error = (reach.hi() - exact.lo()).max(exact.hi() - reach.lo()).max(0.0) * (1.0 + 8.0 * f64::EPSILON);
+        mean.elevation = Rounded::new(exact, error.min(mean.elevation.error));
+        mean
     }
     fn length(x: Rounded, y: Rounded) -> Rounded {
         // The distance is 1-Lipschitz: the operands' errors enter with factor 1, whatever the length.

@@ -1,6 +1,8 @@
 //! Génevaux et al. 2015: one module per table, figure or claim.
 
+mod blend_bound;
 mod falloff;
+mod noise_bound;
 mod rays;
 mod scenes;
 mod table1;
@@ -8,4 +10,5 @@ mod table1;
 use crate::experiment::Experiment;
 
 /// This paper's experiments, in the order of the report.
-pub const EXPERIMENTS: &[&Experiment] = &[&table1::EXPERIMENT, &falloff::EXPERIMENT];
+pub const EXPERIMENTS: &[&Experiment] =
+    &[&table1::EXPERIMENT, &falloff::EXPERIMENT, &blend_bound::EXPERIMENT, &noise_bound::EXPERIMENT];

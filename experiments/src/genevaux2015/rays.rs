@@ -42,20 +42,20 @@ impl Family {
 }
 
 /// SplitMix64, one stream a ray: the rays do not depend on how they are shared out.
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
     fn for_ray(seed: u64, index: u64) -> Random {
         Random(seed ^ index.wrapping_mul(0xD6E8_FEB8_6659_FD93))
     }
-    fn next(&mut self) -> u64 {
+    pub(super) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         z ^ (z >> 31)
     }
-    fn range(&mut self, lo: f64, hi: f64) -> f64 {
+    pub(super) fn range(&mut self, lo: f64, hi: f64) -> f64 {
         lo + (hi - lo) * ((self.next() >> 11) as f64 / (1u64 << 53) as f64)
     }
     fn heading(&mut self) -> DVec2 {

@@ -11,7 +11,7 @@ use crate::program::{BoundsEvaluator, Evaluator, Program, Sample};
 use glam::{DVec2, DVec3};
 
 /// Splits spent on the slope bound of a whole terrain, and the finest part, as a share of the support's side.
-const BUDGET: usize = 20_000;
+const BUDGET: usize = 4_000;
 const FINEST: f64 = 1.0 / 4096.0;
 
 /// A program prepared for tracing: its support and its bounds over all of it.

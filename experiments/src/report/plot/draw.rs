@@ -103,6 +103,8 @@ where
         .y_label_area_size(66 * FINE)
         .build_cartesian_2d(x, y)
         .map_err(|error| error.to_string())?;
+    let tick_x = |value: &f64| tick(near_zero(plot.x.scale, plot, |point| point.0, *value));
+    let tick_y = |value: &f64| tick(near_zero(plot.y.scale, plot, |point| point.1, *value));
     let mut mesh = chart.configure_mesh();
     mesh.axis_style(stroke(INK, 1))
         .bold_line_style(stroke(RULE, 1))
@@ -114,11 +116,11 @@ where
         .set_all_tick_mark_size(4 * FINE)
         .x_labels(8)
         .y_labels(7)
-        .y_label_formatter(&|value| tick(*value));
+        .y_label_formatter(&tick_y);
     let drawn = if bars {
         mesh.disable_x_mesh().x_label_formatter(&|_| String::new()).draw()
     } else {
-        mesh.x_label_formatter(&|value| tick(*value)).draw()
+        mesh.x_label_formatter(&tick_x).draw()
     };
     drawn.map_err(|error| error.to_string())?;
 
@@ -188,6 +190,13 @@ fn y_range(plot: &Plot) -> Range<f64> {
 fn extent(plot: &Plot, coordinate: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
     let values = plot.series.iter().flat_map(|series| series.points.iter()).map(coordinate);
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+}
+
+/// A tick of a linear axis, 0 where it is nothing beside the values drawn: ticks are counted up from the left, so the one at 0 is off
+/// by their rounding.
+fn near_zero(scale: Scale, plot: &Plot, of: impl Fn(&(f64, f64)) -> f64, tick: f64) -> f64 {
+    let largest = plot.series.iter().flat_map(|series| &series.points).map(|point| of(point).abs()).fold(0.0, f64::max);
+    if scale == Scale::Linear && tick.abs() < 1e-9 * largest { 0.0 } else { tick }
 }
 
 /// A tick's value without the noise of its computation: at most six significant digits, powers of ten for the extremes.

@@ -188,6 +188,18 @@ mod tests {
     }
 
     #[test]
+    fn a_tick_at_zero_says_zero() {
+        let reach = 0.608_308_700_457_549_8;
+        let plot = Plot::new("zero", "", Axis::linear("x"), Axis::linear("y")).series(
+            "s",
+            Style::Line,
+            [(-reach, -0.3), (reach, 0.3)],
+        );
+        let svg = plot.svg().unwrap();
+        assert!(svg.contains(">\n0\n<") && !svg.contains("×10⁻"), "{svg}");
+    }
+
+    #[test]
     fn data_that_cannot_be_drawn_is_refused() {
         let axes = || (Axis::linear("x"), Axis::log("y"));
         let plot = |points: &[(f64, f64)]| {
