@@ -212,3 +212,16 @@ fn interval_duals_enclose_values_and_gradients() {
         }
     }
 }
+
+#[test]
+fn a_baked_raster_has_the_same_bits_on_any_number_of_threads() {
+    let (_, program) = programs(3, 1).next().expect("a program");
+    let bake = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
+        pool.install(|| program.bake(DVec2::splat(-HALF), DVec2::new(7.0, 9.0), 150, 110))
+    };
+    let one = bake(1);
+    assert_eq!(one, bake(3));
+    // Control: another origin gives another raster.
+    assert_ne!(one, program.bake(DVec2::splat(-HALF + 1.0), DVec2::new(7.0, 9.0), 150, 110));
+}

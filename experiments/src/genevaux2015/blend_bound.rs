@@ -158,6 +158,12 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     Ok(outcome)
 }
 
+/// A point to a tenth of a millimetre per metre; what is less is the climb's last step.
+fn place(p: DVec2) -> String {
+    let [x, y] = [p.x, p.y].map(|v| if v.abs() < 5e-5 { 0.0 } else { v });
+    format!("({x:.4}, {y:.4})")
+}
+
 fn worst_table(equal: &Steepest, any: &Steepest) -> Table {
     let titles = ["radii", "weights", "distance of centres", "at", "α there", "‖∇f‖", "printed bound", "ratio"];
     let table = Table::new("worst", "The blends found that exceed the printed bound most, elevations 0 and 1");
@@ -169,7 +175,7 @@ fn worst_table(equal: &Steepest, any: &Steepest) -> Table {
             Cell::from(format!("{:.3}, {:.3}", a.radius, b.radius)),
             Cell::from(format!("{:.3}, {:.3}", a.weight, b.weight)),
             Cell::number(b.centre.distance(a.centre), "m", 7),
-            Cell::from(format!("({:.4}, {:.4})", found.at.x, found.at.y)),
+            Cell::from(place(found.at)),
             Cell::number(found.weight(), "", 5),
             Cell::number(found.slope, "", 6),
             Cell::number(found.printed, "", 6),
@@ -284,8 +290,8 @@ fn claims(
         )
         .margin(equal.ratio() - 1.0)
         .witness(format!(
-            "unit discs at ±{:.6}, f = 0 and 1: at ({:.1e}, {:.1e}) α = {:.5}, slope {:.5} > {:.5}; any two discs: {:.4} times the bound",
-            disc.centre.x, equal.at.x, equal.at.y, there.weight, equal.slope, equal.printed, any.ratio()
+            "unit discs at ±{:.6}, f = 0 and 1: at {} α = {:.5}, slope {:.5} > {:.5}; any two discs: {:.4} times the bound",
+            disc.centre.x, place(equal.at), there.weight, equal.slope, equal.printed, any.ratio()
         ))
         .corrected("λ ≤ max(λ_A, λ_B) + max(λ_αA, λ_αB)·M / T with M ≥ |f_A − f_B| over pairs of values; the factor 1/T = 2 cannot be smaller."),
     )?;

@@ -285,4 +285,29 @@ mod tests {
         assert_eq!(count(Answer::Miss, Certified::Miss, false), (0, 0, 0));
         assert_eq!(count(Answer::Miss, Certified::Undecided { t0: 1.0, t1: 2.0 }, false), (0, 0, 1));
     }
+
+    #[test]
+    fn tallies_do_not_depend_on_threads_and_follow_the_seed() {
+        let scene = crate::scenes::load("builtin:fig19").unwrap();
+        let program = scene.program(scene.ground()).unwrap();
+        let surface = Surface::new(&program);
+        let ground = Ground {
+            program: &program,
+            camera: Camera::new(&scene.cameras["main"], 192, 108),
+            extent: (DVec2::ZERO, DVec2::splat(200_000.0)),
+            elevations: [-1500.0, 8000.0],
+        };
+        let settings = Settings { epsilon: 0.2, bracket: 2.0, edge: 2e-5, ..Settings::default() };
+        let effort = Effort { bracket: 0.05, budget: 20_000 };
+        let tally = |threads: usize, seed: u64| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let tracers = [(Tracer::Accelerated, &surface)];
+            pool.install(|| compare(&ground, &tracers, &settings, &effort, seed, 0..300, &|_| {}))
+        };
+        let one = tally(1, 7);
+        assert_eq!(one, tally(3, 7));
+        assert_ne!(one, tally(1, 8));
+        let all = total(&one[0]);
+        assert!(all.clean() && all.rays == 300 && all.hits > 50, "{all:?}");
+    }
 }

@@ -16,7 +16,7 @@ use terrain_model::noise::{
 /// How a constant is known.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Proof {
-    /// Proved in this run, with this many boxes.
+    /// Proved in this run, by a search or by all of its stored splits.
     Here {
         /// Boxes looked at.
         boxes: u64,
@@ -95,7 +95,7 @@ pub fn stored(target: f64, nth: usize) -> Proof {
             Err(error) => return Proof::Failed { why: error.to_string() },
         }
     }
-    Proof::Sampled { leaves }
+    if nth == 1 { Proof::Here { boxes: leaves } } else { Proof::Sampled { leaves } }
 }
 
 /// All constants, with `evaluations` for each witness.
