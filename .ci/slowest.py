@@ -1,11 +1,11 @@
-"""Times every single test and fails when one passes SINGLE_BUDGET seconds. Reads cargo's messages from standard input."""
+"""Times every single test and fails when one passes the seconds given. Reads cargo's messages from standard input."""
 
 import json
 import os
 import subprocess
 import sys
 
-budget = float(os.environ["SINGLE_BUDGET"])
+budget = float(sys.argv[1])
 binaries = []
 for line in sys.stdin:
     message = json.loads(line)
