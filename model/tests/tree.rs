@@ -163,8 +163,9 @@ fn lanes_stay_within_the_derived_rounding_error() {
                 let point = |v: f32| Rounded::new(Interval::point(f64::from(v)), 0.0);
                 let (ef, ea) = tile.run(&mut error, [point(x[k]), point(y[k])]);
                 let (of, oa) = tile.run(&mut oracle, [f64::from(x[k]), f64::from(y[k])]);
-                assert!(ef.exact.contains(of) || oa == 0.0, "{seed} {ef:?} {of}");
+                // The enclosure is of reals; the f64 oracle rounds, and a mean of equal elevations lands an ulp off them.
                 let slack = 1e-9;
+                assert!((ef.exact + Interval::symmetric(slack)).contains(of) || oa == 0.0, "{seed} {ef:?} {of}");
                 assert!((f64::from(a[k]) - oa).abs() <= ea.error + 1e-15, "tree {seed}: weight {} {oa} {ea:?}", a[k]);
                 if oa >= THRESHOLD {
                     let off = (f64::from(f[k]) - of).abs();
