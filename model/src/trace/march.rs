@@ -17,7 +17,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { epsilon: 1e-3, bracket: 1e-2, edge: 1e-7, max_steps: 50_000 }
+        Settings { epsilon: 1e-3, bracket: 1e-2, edge: 1e-7, max_steps: 200_000 }
     }
 }
 
