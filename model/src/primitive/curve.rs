@@ -20,7 +20,7 @@ pub const WIDTH: usize = 4;
 /// Parameters of a segment: start x, y, z, unit direction x, y, length, grade (metres per metre).
 pub const SEGMENT_WIDTH: usize = 7;
 
-/// The most segments of one curve that can share a point's neighbourhood; the compiler splits longer curves.
+/// The most segments of one curve; the compiler refuses longer ones, which are written as a blend of several.
 pub const MAX_SEGMENTS: usize = 64;
 
 /// Where a point stands relative to one segment.
