@@ -1,12 +1,9 @@
 //! The authoring tree: an arena of nodes made for people, serde and proofs. A node names its operands by id, so a
 //! subtree used twice is shared (a directed acyclic graph), not copied.
 
-use crate::noise::{Combination, Octaves};
 use crate::operator::WeightRule;
-use crate::primitive::image::Image;
-use crate::profile::Knot;
-use glam::{DVec2, DVec3};
-use std::sync::Arc;
+use crate::operator::affine::Similarity;
+use crate::primitive::Primitive;
 
 /// A node of a [`Tree`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,61 +16,11 @@ impl NodeId {
     }
 }
 
-/// The noise that shapes a disc (Génevaux 2015 Fig. 5).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiscNoise {
-    /// How octaves combine.
-    pub combination: Combination,
-    /// The octaves, 1 to 16.
-    pub octaves: Octaves,
-    /// Selects the lattices.
-    pub seed: u32,
-}
-
 /// A node: primitives carry their parameters, operators the ids of their operands. Lengths in metres.
 #[derive(Clone, Debug)]
 pub enum Node {
-    /// Disc around `centre` (z is its elevation).
-    Disc {
-        /// Centre; z is the elevation before noise.
-        centre: DVec3,
-        /// Radius of the support.
-        radius: f64,
-        /// Weight at the centre.
-        weight: f64,
-        /// Noise, none for a constant disc.
-        noise: Option<DiscNoise>,
-    },
-    /// Polyline with a cross-section.
-    Curve {
-        /// Vertices with elevations, at least two, no two neighbours equal in the plane.
-        points: Vec<DVec3>,
-        /// Radius of the support.
-        radius: f64,
-        /// Weight on the skeleton.
-        weight: f64,
-        /// How far a joint is smoothed.
-        joint: f64,
-        /// Cross-section, sorted by distance.
-        profile: Vec<Knot>,
-    },
-    /// Image on an axis-aligned rectangle.
-    Image {
-        /// The raster.
-        image: Arc<Image>,
-        /// Position of sample (0, 0).
-        origin: DVec2,
-        /// Distance between samples along x and y.
-        spacing: DVec2,
-        /// Width of the border over which the weight rises.
-        margin: f64,
-        /// Weight inside.
-        weight: f64,
-        /// Factor of the samples.
-        elevation_scale: f64,
-        /// Added to the scaled samples.
-        elevation_offset: f64,
-    },
+    /// A primitive.
+    Primitive(Primitive),
     /// Blend of any number of operands.
     Blend(Vec<NodeId>),
     /// Replacement of `a` by `b`.
@@ -103,24 +50,9 @@ pub enum Node {
     },
 }
 
-/// Scale, rotation and translation of the plane, with a vertical scale and offset.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Similarity {
-    /// Horizontal factor, positive.
-    pub scale: f64,
-    /// Anticlockwise, radians.
-    pub rotation: f64,
-    /// Metres.
-    pub translation: DVec2,
-    /// Factor of elevations.
-    pub elevation_scale: f64,
-    /// Metres added to elevations.
-    pub elevation_offset: f64,
-}
-
-impl Default for Similarity {
-    fn default() -> Self {
-        Similarity { scale: 1.0, rotation: 0.0, translation: DVec2::ZERO, elevation_scale: 1.0, elevation_offset: 0.0 }
+impl<P: Into<Primitive>> From<P> for Node {
+    fn from(primitive: P) -> Node {
+        Node::Primitive(primitive.into())
     }
 }
 
@@ -139,7 +71,8 @@ impl Tree {
     ///
     /// # Panics
     /// When an operand does not exist in this tree: ids come from this function.
-    pub fn push(&mut self, node: Node) -> NodeId {
+    pub fn push(&mut self, node: impl Into<Node>) -> NodeId {
+        let node = node.into();
         let id = NodeId(u32::try_from(self.nodes.len()).expect("a tree holds fewer than 2^32 nodes"));
         for operand in operands(&node) {
             assert!(operand < id, "operand {operand:?} is not in this tree");
@@ -183,7 +116,7 @@ impl Tree {
 /// The operands of a node, in order.
 pub fn operands(node: &Node) -> impl Iterator<Item = NodeId> {
     let (list, pair): (&[NodeId], [Option<NodeId>; 2]) = match node {
-        Node::Disc { .. } | Node::Curve { .. } | Node::Image { .. } => (&[], [None, None]),
+        Node::Primitive(_) => (&[], [None, None]),
         Node::Blend(list) => (list, [None, None]),
         Node::Replace { a, b, .. } | Node::Add { a, b, .. } => (&[], [Some(*a), Some(*b)]),
         Node::Affine { node, .. } => (&[], [Some(*node), None]),

@@ -89,6 +89,7 @@ pub fn slope_supremum(program: &Program, lo: DVec2, hi: DVec2, gap: f64, budget:
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::primitive::disc::Disc;
     use crate::tree::{Node, Tree};
     use glam::DVec3;
 
@@ -96,9 +97,8 @@ mod tests {
     #[test]
     fn the_supremum_of_two_blended_discs_is_the_known_one() {
         let mut tree = Tree::new();
-        let mut disc = |x: f64, z: f64| {
-            tree.push(Node::Disc { centre: DVec3::new(x, 0.0, z), radius: 1.0, weight: 1.0, noise: None })
-        };
+        let mut disc =
+            |x: f64, z: f64| tree.push(Disc { centre: DVec3::new(x, 0.0, z), radius: 1.0, weight: 1.0, noise: None });
         let operands = vec![disc(-0.608_309, 0.0), disc(0.608_309, 1.0)];
         let root = tree.push(Node::Blend(operands));
         let program = Program::compile(&tree, root).unwrap();

@@ -1,18 +1,163 @@
 //! Image primitive on a rectangle (Génevaux 2015 §4.2): bilinear elevation, C¹ weight that fades at the border, and a
 //! pyramid of ranges and differences so that a local bound does not visit the whole raster.
 
-use super::{Number, Parameters};
+use super::{Authored, Extent, Leaf, Number, Parameters, Tables, around};
 use crate::bounds::{Bounds, Region, times_up};
 use crate::dual::{Differentiable, Dual};
 use crate::falloff::{WYVILL_SLOPE, wyvill};
 use crate::interval::Interval;
 use crate::lanes::Lanes;
-use crate::real::Real;
+use crate::program::{Layout, TileLayout};
+use crate::real::{Operand, Real};
 use crate::rounding::{Rounded, UNIT};
+use crate::scene::{Finite, Point, Positive, Scope, one};
+use glam::DVec2;
+use serde::Deserialize;
+use std::num::NonZeroU32;
+use std::sync::Arc;
+
+/// An image on an axis-aligned rectangle. Lengths in metres.
+#[derive(Clone, Debug)]
+pub struct ImagePatch {
+    /// The raster.
+    pub image: Arc<Image>,
+    /// Position of sample (0, 0).
+    pub origin: DVec2,
+    /// Distance between samples along x and y.
+    pub spacing: DVec2,
+    /// Width of the border over which the weight rises.
+    pub margin: f64,
+    /// Weight inside.
+    pub weight: f64,
+    /// Factor of the samples.
+    pub elevation_scale: f64,
+    /// Added to the scaled samples.
+    pub elevation_offset: f64,
+}
+
+/// An image in a scene file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
+    file: String,
+    /// South-west corner; the file's own when absent.
+    #[serde(default)]
+    origin: Option<Point>,
+    /// Metres between samples; the file's own when absent.
+    #[serde(default)]
+    spacing: Option<(Positive, Positive)>,
+    /// Averages blocks of this many samples along each axis into one.
+    #[serde(default)]
+    reduce: Option<NonZeroU32>,
+    margin: Positive,
+    #[serde(default = "one")]
+    weight: Positive,
+    #[serde(default = "unit")]
+    elevation_scale: Finite,
+    #[serde(default)]
+    elevation_offset: Finite,
+}
+
+fn unit() -> Finite {
+    Finite::of(1.0)
+}
+
+impl File {
+    pub(crate) fn build(&self, scope: &mut Scope<'_>) -> Result<ImagePatch, String> {
+        let placed = scope.image(&self.file, self.reduce)?;
+        Ok(ImagePatch {
+            image: placed.image.clone(),
+            origin: self.origin.map_or(placed.origin, |p| DVec2::new(p.0.into(), p.1.into())),
+            spacing: self.spacing.map_or(placed.spacing, |s| DVec2::new(s.0.into(), s.1.into())),
+            margin: self.margin.into(),
+            weight: self.weight.into(),
+            elevation_scale: self.elevation_scale.into(),
+            elevation_offset: self.elevation_offset.into(),
+        })
+    }
+}
 
 /// Parameters: x and y of sample (0, 0), 1/dx, 1/dy, offset of the sample index in u and v (0 in world coordinates),
 /// centre x and y, half extents, 1/margin, weight, elevation scale and offset.
-pub const WIDTH: usize = 14;
+const WIDTH: usize = 14;
+
+/// A compiled image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Code {
+    at: u32,
+    image: u16,
+    /// Added to the sample index.
+    base: [i32; 2],
+}
+
+impl Authored for ImagePatch {
+    type Code = Code;
+    fn compile(&self, out: &mut Layout) -> Result<Code, String> {
+        let ImagePatch { image, origin, spacing, margin, weight, elevation_scale, elevation_offset } = self;
+        let cells = DVec2::new(image.width() as f64 - 1.0, image.height() as f64 - 1.0);
+        let half = cells * *spacing * 0.5;
+        let placed = origin.is_finite() && spacing.is_finite() && spacing.min_element() > 0.0;
+        let weighs = *weight > 0.0 && weight.is_finite();
+        if !(placed && weighs && elevation_scale.is_finite() && elevation_offset.is_finite()) {
+            return Err("an image needs a finite origin, positive spacing and weight".to_owned());
+        }
+        if !(*margin > 0.0 && *margin <= half.min_element()) {
+            return Err("the margin of an image must be positive and at most half its smaller side".to_owned());
+        }
+        let index = out.image(image)?;
+        let centre = *origin + half;
+        let at = out.store([origin.x, origin.y, 1.0 / spacing.x, 1.0 / spacing.y, 0.0, 0.0, centre.x, centre.y]);
+        out.store([half.x, half.y, 1.0 / margin, *weight, *elevation_scale, elevation_offset + 0.0]);
+        Ok(Code { at, image: index, base: [0, 0] })
+    }
+}
+
+impl Leaf for Code {
+    #[inline(always)]
+    fn at(&self) -> u32 {
+        self.at
+    }
+    fn words(&self) -> usize {
+        2
+    }
+    #[inline(always)]
+    fn sample<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, tables: Tables<'_>, x: [R; 2]) -> Operand<R> {
+        let u = [
+            (x[0] - p.get::<R>(0)) * p.get::<R>(2) + p.get::<R>(4),
+            (x[1] - p.get::<R>(1)) * p.get::<R>(3) + p.get::<R>(5),
+        ];
+        let image = &tables.images[usize::from(self.image)];
+        let elevation = R::lookup(image, self.base, u) * p.get::<R>(12) + p.get::<R>(13);
+        let from_edge = |k: usize| p.get::<R>(8 + k) - (x[k] - p.get::<R>(6 + k)).abs();
+        let weight = p.get::<R>(11) * edge(from_edge(0), p.get(10)) * edge(from_edge(1), p.get(10));
+        Operand::new(elevation, weight)
+    }
+    fn weight_range(&self, p: Parameters<f64>, region: &Region) -> Interval {
+        weight_range(p, region)
+    }
+    fn bounds(&self, p: Parameters<f64>, tables: Tables<'_>, region: &Region) -> Bounds {
+        bounds(p, &tables.images[usize::from(self.image)], region)
+    }
+    fn support(&self, p: Parameters<f64>) -> Option<Extent> {
+        let (centre, half) = (DVec2::new(p.0[6], p.0[7]), DVec2::new(p.0[8], p.0[9]));
+        around([centre - half, centre + half], 1e-9 * (half.max_element() + centre.length()))
+    }
+    fn rebase(&self, p: Parameters<f64>, _: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Code {
+        let cells = (origin - DVec2::new(p.0[0], p.0[1])) * DVec2::new(p.0[2], p.0[3]);
+        let whole = cells.floor();
+        let rest = cells - whole;
+        let mut moved = p.0[..WIDTH].to_vec();
+        (moved[0], moved[1], moved[4], moved[5]) = (0.0, 0.0, rest.x, rest.y);
+        (moved[6], moved[7]) = (p.0[6] - origin.x, p.0[7] - origin.y);
+        Code { at: tile.store(moved), image: self.image, base: [wrap(whole.x), wrap(whole.y)] }
+    }
+}
+
+/// A whole number of any size, modulo 2³².
+fn wrap(whole: f64) -> i32 {
+    const SPAN: f64 = 4_294_967_296.0;
+    (whole - (whole / SPAN).floor() * SPAN) as u32 as i32
+}
 
 /// A raster of elevations, row 0 in the south, with its pyramid.
 #[derive(Debug)]
@@ -346,21 +491,8 @@ fn edge<R: Real>(distance: R, inverse_margin: R) -> R {
     wyvill((R::one() - t).square())
 }
 
-/// (elevation, weight) of an image.
-#[inline(always)]
-pub fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, image: &Image, base: [i32; 2], x: [R; 2]) -> (R, R) {
-    let u = [
-        (x[0] - p.get::<R>(0)) * p.get::<R>(2) + p.get::<R>(4),
-        (x[1] - p.get::<R>(1)) * p.get::<R>(3) + p.get::<R>(5),
-    ];
-    let elevation = R::lookup(image, base, u) * p.get::<R>(12) + p.get::<R>(13);
-    let from_edge = |k: usize| p.get::<R>(8 + k) - (x[k] - p.get::<R>(6 + k)).abs();
-    let weight = p.get::<R>(11) * edge(from_edge(0), p.get(10)) * edge(from_edge(1), p.get(10));
-    (elevation, weight)
-}
-
 /// Range of the weight alone: all that pruning asks.
-pub fn weight_range(p: Parameters<f64>, region: &Region) -> Interval {
+fn weight_range(p: Parameters<f64>, region: &Region) -> Interval {
     let point = |k: usize| Interval::point(p.0[k]);
     let from_edge = |k: usize| point(8 + k) - Real::abs(region.extent[k] - point(6 + k));
     let weight = point(11) * edge(from_edge(0), point(10)) * edge(from_edge(1), point(10));
@@ -371,7 +503,7 @@ pub fn weight_range(p: Parameters<f64>, region: &Region) -> Interval {
 }
 
 /// Range and slopes over a region, from the pyramid. λ = √((M_x/l_x)² + (M_y/l_y)²) (claims G19).
-pub fn bounds(p: Parameters<f64>, image: &Image, region: &Region) -> Bounds {
+fn bounds(p: Parameters<f64>, image: &Image, region: &Region) -> Bounds {
     let point = |k: usize| Interval::point(p.0[k]);
     let x = region.extent;
     let weight = weight_range(p, region);
@@ -393,4 +525,16 @@ pub fn bounds(p: Parameters<f64>, image: &Image, region: &Region) -> Bounds {
     let (sa, sb) = (times_up(steep(from_edge(0)), b.hi()), times_up(steep(from_edge(1)), a.hi()));
     let weight_slope = (point(11) * Interval::length(Interval::point(sa), Interval::point(sb))).hi();
     Bounds::primitive(value * point(12) + point(13), weight, slope, weight_slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::wrap;
+
+    #[test]
+    fn cells_wrap_as_32_bit_integers() {
+        assert_eq!(wrap(-1.0), -1);
+        assert_eq!(wrap(4_294_967_296.0 + 5.0), 5);
+        assert_eq!(wrap(2_147_483_648.0), i32::MIN);
+    }
 }

@@ -1,11 +1,19 @@
-//! The leaves of the tree: each file holds one primitive, its formula over any [`Number`] and its bounds.
+//! The leaves of the tree: each file holds one primitive, as it is authored, as it stands in a scene file, and as it
+//! is compiled, with its formula over any [`Number`] and its bounds. A new primitive is a file and a line in
+//! `for_each_primitive!`.
 
 pub mod curve;
 pub mod disc;
 pub mod image;
 
-use crate::noise::NoiseValue;
-use image::ImageNumber;
+use crate::bounds::{Bounds, Region};
+use crate::interval::Interval;
+use crate::noise::{Bounds as NoiseBounds, NoiseValue, Octave};
+use crate::program::{Layout, TileLayout};
+use crate::real::Operand;
+use glam::DVec2;
+use image::{Image, ImageNumber};
+use std::sync::Arc;
 
 /// What a tree can be evaluated on.
 pub trait Number: NoiseValue + ImageNumber {}
@@ -15,7 +23,7 @@ impl<R: NoiseValue + ImageNumber> Number for R {}
 #[derive(Clone, Copy)]
 pub struct Parameters<'a, P>(pub &'a [P]);
 
-impl<P: Copy + Into<f64>> Parameters<'_, P> {
+impl<'a, P: Copy + Into<f64>> Parameters<'a, P> {
     /// The `k`-th one.
     #[inline(always)]
     pub fn get<R: Number>(&self, k: usize) -> R {
@@ -26,4 +34,146 @@ impl<P: Copy + Into<f64>> Parameters<'_, P> {
     pub fn pair<R: Number>(&self, k: usize) -> [R; 2] {
         [self.get(k), self.get(k + 1)]
     }
+    /// All from the `k`-th on.
+    #[inline(always)]
+    pub fn from(&self, k: usize) -> Parameters<'a, P> {
+        Parameters(&self.0[k..])
+    }
 }
+
+/// What instructions refer to beside their parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Tables<'a> {
+    /// The octaves of every noise.
+    pub octaves: &'a [Octave<2>],
+    /// Octaves are placed for the origin of a tile instead of the centre of their primitive.
+    pub tiled: bool,
+    /// Range and slope of every noise; empty in a tile, which is never bounded.
+    pub noises: &'a [NoiseBounds],
+    /// The rasters.
+    pub images: &'a [Arc<Image>],
+}
+
+/// South-west and north-east corners, metres.
+pub type Extent = (DVec2, DVec2);
+
+/// A box around points, `r` metres wider on every side.
+pub(crate) fn around(points: impl IntoIterator<Item = DVec2>, r: f64) -> Option<Extent> {
+    let r = DVec2::splat(r * (1.0 + 1e-12));
+    points
+        .into_iter()
+        .fold(None, |b: Option<Extent>, p| Some(b.map_or((p - r, p + r), |(lo, hi)| (lo.min(p - r), hi.max(p + r)))))
+}
+
+/// A primitive as it is authored.
+pub trait Authored {
+    /// What it compiles to.
+    type Code: Leaf;
+    /// Checks it, derives what is costly at run time, and stores its parameters.
+    ///
+    /// # Errors
+    /// What was expected, in one line.
+    fn compile(&self, out: &mut Layout) -> Result<Self::Code, String>;
+}
+
+/// A compiled primitive. `p` starts at its first parameter.
+pub trait Leaf: Copy {
+    /// Index of its first parameter.
+    fn at(&self) -> u32;
+    /// 32-bit words of the compact form of the instruction.
+    fn words(&self) -> usize {
+        1
+    }
+    /// Elevation and weight at `x`. Where the weight is 0 the elevation means nothing.
+    fn sample<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, tables: Tables<'_>, x: [R; 2]) -> Operand<R>;
+    /// Range of the weight alone, exactly 0 where the region lies off the support: all that pruning asks.
+    fn weight_range(&self, p: Parameters<f64>, region: &Region) -> Interval;
+    /// Ranges and slopes over a region.
+    fn bounds(&self, p: Parameters<f64>, tables: Tables<'_>, region: &Region) -> Bounds;
+    /// A box that holds the support.
+    fn support(&self, p: Parameters<f64>) -> Option<Extent>;
+    /// The same primitive where only its weight is asked for.
+    #[must_use]
+    fn weight_only(self) -> Self {
+        self
+    }
+    /// The same primitive relative to `origin`, with its parameters stored in the tile.
+    #[must_use]
+    fn rebase(&self, p: Parameters<f64>, tables: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Self;
+}
+
+/// Calls a macro with every primitive: its name, its file, its authored type.
+macro_rules! for_each_primitive {
+    ($then:ident) => {
+        $then! {
+            /// Disc around a centre, constant or with noise.
+            Disc disc Disc,
+            /// Polyline with a cross-section.
+            Curve curve Curve,
+            /// Image on an axis-aligned rectangle.
+            Image image ImagePatch,
+        }
+    };
+}
+pub(crate) use for_each_primitive;
+
+macro_rules! define {
+    ($($(#[$doc:meta])* $name:ident $file:ident $authored:ident,)*) => {
+        /// Any primitive, as it is authored.
+        #[derive(Clone, Debug)]
+        pub enum Primitive {
+            $($(#[$doc])* $name($file::$authored),)*
+        }
+
+        /// Any compiled primitive.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Code {
+            $($(#[$doc])* $name($file::Code),)*
+        }
+
+        $(impl From<$file::$authored> for Primitive {
+            fn from(primitive: $file::$authored) -> Primitive {
+                Primitive::$name(primitive)
+            }
+        })*
+
+        impl Authored for Primitive {
+            type Code = Code;
+            fn compile(&self, out: &mut Layout) -> Result<Code, String> {
+                match self {
+                    $(Primitive::$name(primitive) => primitive.compile(out).map(Code::$name),)*
+                }
+            }
+        }
+
+        impl Leaf for Code {
+            #[inline(always)]
+            fn at(&self) -> u32 {
+                match self { $(Code::$name(code) => code.at(),)* }
+            }
+            fn words(&self) -> usize {
+                match self { $(Code::$name(code) => code.words(),)* }
+            }
+            #[inline(always)]
+            fn sample<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, tables: Tables<'_>, x: [R; 2]) -> Operand<R> {
+                match self { $(Code::$name(code) => code.sample(p, tables, x),)* }
+            }
+            fn weight_range(&self, p: Parameters<f64>, region: &Region) -> Interval {
+                match self { $(Code::$name(code) => code.weight_range(p, region),)* }
+            }
+            fn bounds(&self, p: Parameters<f64>, tables: Tables<'_>, region: &Region) -> Bounds {
+                match self { $(Code::$name(code) => code.bounds(p, tables, region),)* }
+            }
+            fn support(&self, p: Parameters<f64>) -> Option<Extent> {
+                match self { $(Code::$name(code) => code.support(p),)* }
+            }
+            fn weight_only(self) -> Code {
+                match self { $(Code::$name(code) => Code::$name(code.weight_only()),)* }
+            }
+            fn rebase(&self, p: Parameters<f64>, tables: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Code {
+                match self { $(Code::$name(code) => Code::$name(code.rebase(p, tables, origin, tile)),)* }
+            }
+        }
+    };
+}
+for_each_primitive!(define);

@@ -3,6 +3,7 @@
 mod batch;
 mod bounds;
 mod compile;
+mod layout;
 mod prune;
 mod run;
 mod tile;
@@ -10,77 +11,28 @@ mod tile;
 pub use batch::{Baked, BatchEvaluator, WIDTH};
 pub use bounds::BoundsEvaluator;
 pub use compile::CompileError;
+pub use layout::{Layout, TileLayout};
 pub use prune::Pruner;
 pub use run::{Evaluator, Sample};
 pub use tile::TileProgram;
 
-use crate::noise::{Combination, Octave};
-use crate::operator::WeightRule;
+use crate::noise::{Bounds as NoiseBounds, Octave};
+use crate::operator::{Map, Operator};
 use crate::primitive::image::Image;
+use crate::primitive::{Code as Leaf, Leaf as _, Parameters, Tables};
 use std::sync::Arc;
 
-/// One instruction. `at` is the index of its first parameter.
+/// One instruction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Instruction {
-    /// Pushes a constant disc.
-    Disc {
-        /// First parameter.
-        at: u32,
-    },
-    /// Pushes a disc with noise.
-    NoiseDisc {
-        /// First parameter.
-        at: u32,
-        /// How octaves combine.
-        combination: Combination,
-        /// First octave.
-        first: u32,
-        /// Number of octaves.
-        octaves: u32,
-    },
-    /// Pushes a curve.
-    Curve {
-        /// First parameter.
-        at: u32,
-        /// Number of segments.
-        segments: u16,
-        /// Number of pieces of the cross-section.
-        pieces: u16,
-    },
-    /// Pushes an image.
-    Image {
-        /// First parameter.
-        at: u32,
-        /// Which image.
-        image: u16,
-        /// Added to the sample index.
-        base: [i32; 2],
-    },
-    /// Pops the operands, pushes their blend.
-    Blend {
-        /// How many.
-        operands: u16,
-    },
-    /// Pops B, then A; pushes the replacement.
-    Replace {
-        /// What happens to the weight.
-        rule: WeightRule,
-    },
-    /// Pops B, then A; pushes the addition.
-    Add {
-        /// What happens to the weight.
-        rule: WeightRule,
-    },
-    /// Enters the frame of a similarity.
-    Enter {
-        /// First parameter.
-        at: u32,
-    },
+    /// Pushes a primitive.
+    Leaf(Leaf),
+    /// Pops its operands and pushes what they combine to.
+    Combine(Operator),
+    /// Enters the frame of a map.
+    Enter(Map),
     /// Leaves it and carries the top of the stack back.
-    Leave {
-        /// First parameter.
-        at: u32,
-    },
+    Leave(Map),
 }
 
 /// A tree compiled for world coordinates in `f64`. Elevations and coordinates in metres.
@@ -91,6 +43,8 @@ pub struct Program {
     pub(crate) images: Arc<Vec<Arc<Image>>>,
     /// Octaves placed for the centre of each disc: a table that follows from the parameters.
     pub(crate) octaves: Arc<Vec<Octave<2>>>,
+    /// Range and slope of each noise, which follow from the parameters too.
+    pub(crate) noises: Arc<Vec<NoiseBounds>>,
     /// Deepest stack of samples and of frames.
     pub(crate) depth: [usize; 2],
 }
@@ -99,6 +53,13 @@ impl Program {
     /// The instructions, operands before operators.
     pub fn code(&self) -> &[Instruction] {
         &self.code
+    }
+    /// The parameters from the `at`-th on.
+    pub(crate) fn tail(&self, at: u32) -> Parameters<'_, f64> {
+        Parameters(&self.parameters[at as usize..])
+    }
+    pub(crate) fn tables(&self) -> Tables<'_> {
+        Tables { octaves: &self.octaves, tiled: false, noises: &self.noises, images: &self.images }
     }
     /// The `k`-th parameter.
     pub fn parameter(&self, k: usize) -> f64 {
@@ -113,17 +74,12 @@ impl Program {
     /// Bytes of what only accelerates and follows from the rest: image pyramids and tables of octaves.
     pub fn acceleration_bytes(&self) -> usize {
         let pyramids: usize = self.images.iter().map(|image| image.acceleration_bytes()).sum();
-        pyramids + self.octaves.len() * size_of::<Octave<2>>()
+        let noises = self.octaves.len() * size_of::<Octave<2>>() + self.noises.len() * size_of::<NoiseBounds>();
+        pyramids + noises
     }
     /// Number of primitive instructions, shared subtrees counted once per use.
     pub fn primitive_instructions(&self) -> usize {
-        self.code
-            .iter()
-            .filter(|i| {
-                use Instruction::{Curve, Disc, Image, NoiseDisc};
-                matches!(i, Disc { .. } | NoiseDisc { .. } | Curve { .. } | Image { .. })
-            })
-            .count()
+        self.code.iter().filter(|i| matches!(i, Instruction::Leaf(_))).count()
     }
 }
 
@@ -132,8 +88,7 @@ impl Instruction {
     /// not fit into it.
     pub fn words(&self) -> usize {
         match self {
-            Instruction::NoiseDisc { .. } => 2,
-            Instruction::Curve { .. } | Instruction::Image { .. } => 2,
+            Instruction::Leaf(leaf) => leaf.words(),
             _ => 1,
         }
     }

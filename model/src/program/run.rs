@@ -2,13 +2,10 @@
 
 use super::{Instruction, Program};
 use crate::dual::Dual;
-use crate::noise::Octave;
-use crate::operator;
-use crate::primitive::image::Image;
-use crate::primitive::{Number, Parameters, curve, disc, image};
-use crate::real::{Mask, Operand};
+use crate::operator::{Combine, Frame};
+use crate::primitive::{Leaf, Number, Parameters, Tables};
+use crate::real::Operand;
 use glam::DVec2;
-use std::sync::Arc;
 
 /// What a query returns: elevation, weight and their gradients, from one traversal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,10 +32,7 @@ pub struct Evaluator<R> {
 pub(crate) struct Text<'a, P> {
     pub code: &'a [Instruction],
     pub parameters: &'a [P],
-    pub octaves: &'a [Octave<2>],
-    /// Octaves are placed for the origin of a tile instead of the centre of their disc.
-    pub tiled: bool,
-    pub images: &'a [Arc<Image>],
+    pub tables: Tables<'a>,
 }
 
 impl<R: Number> Evaluator<R> {
@@ -52,13 +46,7 @@ impl<R: Number> Evaluator<R> {
     /// Elevation and weight at `x`, without the 0 that stands for elevation off the support: where the weight is 0 the
     /// elevation means nothing.
     pub fn run(&mut self, program: &Program, x: [R; 2]) -> (R, R) {
-        let text = Text {
-            code: &program.code,
-            parameters: &program.parameters,
-            octaves: &program.octaves,
-            tiled: false,
-            images: &program.images,
-        };
+        let text = Text { code: &program.code, parameters: &program.parameters, tables: program.tables() };
         run(text, &mut self.stack, &mut self.frames, x)
     }
     #[inline(always)]
@@ -81,56 +69,23 @@ fn run<R: Number, P: Copy + Into<f64>>(
     let mut here = x;
     for instruction in text.code {
         let tail = |at: u32| Parameters(&text.parameters[at as usize..]);
-        match *instruction {
-            Instruction::Disc { at } => {
-                let p = tail(at);
-                stack[top] = Operand::new(disc::elevation(p), disc::weight(p, here));
+        match instruction {
+            Instruction::Leaf(leaf) => {
+                stack[top] = leaf.sample(tail(leaf.at()), text.tables, here);
                 top += 1;
             }
-            Instruction::NoiseDisc { at, combination, first, octaves } => {
-                let p = tail(at);
-                let weight: R = disc::weight(p, here);
-                let mut elevation: R = disc::elevation(p);
-                // Outside the support the elevation is never used: this is the tree as bounding volumes.
-                if R::zero().less(weight).may_hold() {
-                    let c = p.pair::<R>(0);
-                    let at = if text.tiled { here } else { [here[0] - c[0], here[1] - c[1]] };
-                    let octaves = &text.octaves[first as usize..(first + octaves) as usize];
-                    elevation = elevation + combination.plane(octaves, at);
-                }
-                stack[top] = Operand::new(elevation, weight);
-                top += 1;
-            }
-            Instruction::Curve { at, segments, pieces } => {
-                let (elevation, weight) = curve::sample(tail(at), usize::from(segments), usize::from(pieces), here);
-                stack[top] = Operand::new(elevation, weight);
-                top += 1;
-            }
-            Instruction::Image { at, image, base } => {
-                let (elevation, weight) = image::sample(tail(at), &text.images[usize::from(image)], base, here);
-                stack[top] = Operand::new(elevation, weight);
-                top += 1;
-            }
-            Instruction::Blend { operands } => {
-                let first = top - usize::from(operands);
-                stack[first] = R::weighted_mean(&stack[first..top], 0.0);
+            Instruction::Combine(operator) => {
+                let first = top - operator.operands();
+                stack[first] = operator.combine(tail(operator.at()), here, &stack[first..top]);
                 top = first + 1;
             }
-            Instruction::Replace { rule } => {
-                stack[top - 2] = operator::replace(rule, stack[top - 2], stack[top - 1]);
-                top -= 1;
-            }
-            Instruction::Add { rule } => {
-                stack[top - 2] = operator::add(rule, stack[top - 2], stack[top - 1]);
-                top -= 1;
-            }
-            Instruction::Enter { at } => {
-                here = operator::enter(tail(at), here);
+            Instruction::Enter(map) => {
+                here = map.enter(tail(map.at()), here);
                 frame += 1;
                 frames[frame] = here;
             }
-            Instruction::Leave { at } => {
-                stack[top - 1] = operator::leave(tail(at), stack[top - 1]);
+            Instruction::Leave(map) => {
+                stack[top - 1] = map.leave(tail(map.at()), stack[top - 1]);
                 frame -= 1;
                 here = frames[frame];
             }

@@ -4,9 +4,13 @@ use glam::{DVec2, DVec3};
 use std::sync::Arc;
 use terrain_model::noise::{Combination, Octaves};
 use terrain_model::operator::WeightRule;
-use terrain_model::primitive::image::Image;
+use terrain_model::operator::affine::Similarity;
+use terrain_model::primitive::Primitive;
+use terrain_model::primitive::curve::Curve;
+use terrain_model::primitive::disc::{Disc, DiscNoise};
+use terrain_model::primitive::image::{Image, ImagePatch};
 use terrain_model::profile::Knot;
-use terrain_model::tree::{DiscNoise, Node, NodeId, Similarity, Tree};
+use terrain_model::tree::{Node, NodeId, Tree};
 
 /// A small deterministic generator (SplitMix64).
 pub struct Random(pub u64);
@@ -36,14 +40,15 @@ pub const HALF: f64 = 500.0;
 
 fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
     let c = random.point(HALF);
-    let node = match random.below(6) {
-        0 => Node::Disc {
+    let node: Primitive = match random.below(6) {
+        0 => Disc {
             centre: DVec3::new(c.x, c.y, random.range(-50.0, 100.0)),
             radius: random.range(50.0, 600.0),
             weight: random.range(0.3, 1.5),
             noise: None,
-        },
-        1..=3 => Node::Disc {
+        }
+        .into(),
+        1..=3 => Disc {
             centre: DVec3::new(c.x, c.y, random.range(-50.0, 100.0)),
             radius: random.range(100.0, 700.0),
             weight: random.range(0.5, 1.5),
@@ -63,7 +68,8 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
                 },
                 seed: random.next() as u32,
             }),
-        },
+        }
+        .into(),
         4 => {
             let count = 2 + random.below(4);
             let step = random.point(1.0).normalize() * 150.0;
@@ -73,7 +79,7 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
                     DVec3::new(p.x, p.y, 40.0 - 3.0 * k as f64 + random.range(-1.0, 1.0))
                 })
                 .collect();
-            Node::Curve {
+            Curve {
                 points,
                 radius: random.range(60.0, 150.0),
                 weight: random.range(0.8, 1.3),
@@ -84,12 +90,13 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
                     Knot { distance: 45.0, height: 11.0, slope: 0.1 },
                 ],
             }
+            .into()
         }
         _ => {
             let (w, h) = (20 + random.below(30) as usize, 20 + random.below(30) as usize);
             let samples = (0..w * h).map(|_| random.range(0.0, 30.0) as f32).collect();
             let spacing = DVec2::new(random.range(5.0, 15.0), random.range(5.0, 15.0));
-            Node::Image {
+            ImagePatch {
                 image: Arc::new(Image::new(w, h, samples).expect("a valid image")),
                 origin: c,
                 spacing,
@@ -98,6 +105,7 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
                 elevation_scale: random.range(0.5, 1.5),
                 elevation_offset: random.range(-20.0, 20.0),
             }
+            .into()
         }
     };
     tree.push(node)

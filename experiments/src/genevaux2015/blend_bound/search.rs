@@ -9,6 +9,7 @@ use terrain_model::certify::{Objective, Upper, climb};
 use terrain_model::dual::Dual;
 use terrain_model::falloff::{WYVILL_SLOPE, wyvill};
 use terrain_model::interval::Interval;
+use terrain_model::primitive::disc;
 use terrain_model::program::{Evaluator, Program, Sample};
 use terrain_model::tree::{Node, Tree};
 
@@ -39,7 +40,7 @@ impl Disc {
 /// The node of a disc.
 pub fn node(disc: &Disc) -> Node {
     let centre: DVec3 = disc.centre.extend(disc.elevation);
-    Node::Disc { centre, radius: disc.radius, weight: disc.weight, noise: None }
+    disc::Disc { centre, radius: disc.radius, weight: disc.weight, noise: None }.into()
 }
 
 /// The blend of discs.
