@@ -37,6 +37,10 @@ impl Shard {
     pub fn of<T>(self, all: Vec<T>) -> Vec<T> {
         all.into_iter().skip(self.index - 1).step_by(self.count).collect()
     }
+    /// Whether part `index` of a long run, from 0, belongs to this shard.
+    pub fn holds(self, index: u64) -> bool {
+        index % self.count as u64 == self.index as u64 - 1
+    }
 }
 
 /// How to run.

@@ -1,6 +1,9 @@
 //! `reproduce`: lists and runs experiments. Status 0 when every experiment ran and no verdict got worse than the recorded one, 1
 //! when one did, 2 when the program could not run.
 
+#[path = "reproduce/rays.rs"]
+mod rays;
+
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -35,6 +38,23 @@ enum Verb {
     },
     /// Runs every experiment
     All,
+    /// Compares the tracers with the certified one on many rays, and keeps what it counts
+    ///
+    /// Rays come in blocks. A run goes on where the record ends, so it can be stopped at any time; `--shard i/n` counts every
+    /// n-th block, and the records of all shards, one after the other, are the whole.
+    Rays {
+        /// A scene of Table 1, as `fig3`; all of them when absent
+        scene: Option<String>,
+        /// How many rays
+        #[arg(long, default_value_t = 1_000_000)]
+        rays: u64,
+        /// The record; the committed one of the scene when absent
+        #[arg(long, value_name = "FILE", requires = "scene")]
+        record: Option<PathBuf>,
+        /// Counts one recorded block again, drawn by the clock, and compares
+        #[arg(long)]
+        check: bool,
+    },
     /// Evaluates the scene of `model/throughput` and nothing else: what is run to count instructions
     #[command(hide = true)]
     CountScalar {
@@ -81,6 +101,10 @@ fn start(cli: Cli) -> Result<ExitCode, String> {
             return Ok(ExitCode::SUCCESS);
         }
         Some(Verb::Run { ids }) => select(&experiments(), &ids)?,
+        Some(Verb::Rays { scene, rays, record, check }) => {
+            let run = rays::Run { scene, rays, record, seed: options.seed, shard: options.shard };
+            return if check { run.check() } else { run.extend() };
+        }
         Some(Verb::CountScalar { count }) => {
             return count_scalar(count).map(|_| ExitCode::SUCCESS).map_err(|error| error.to_string());
         }

@@ -3,8 +3,9 @@
 mod blend_bound;
 mod falloff;
 mod noise_bound;
-mod rays;
-mod scenes;
+pub mod rays;
+pub mod record;
+pub mod scenes;
 mod table1;
 
 use crate::experiment::Experiment;

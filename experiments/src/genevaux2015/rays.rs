@@ -1,5 +1,7 @@
 //! Marching tracers against the certified one, ray by ray: families of rays drawn from a seed, counted apart.
 
+use super::scenes::TableScene;
+use crate::experiment::ExperimentError;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use terrain_model::bounds::THRESHOLD;
@@ -161,6 +163,48 @@ impl Ground<'_> {
             }
         }
     }
+}
+
+/// One scene's tracers and rays, as every comparison with the certified tracer has them.
+pub struct Trial<'a> {
+    /// When a marching tracer stops.
+    pub settings: Settings,
+    /// τ and the budget of the certified tracer.
+    pub effort: Effort,
+    /// Where the rays are drawn.
+    pub ground: Ground<'a>,
+}
+
+impl<'a> Trial<'a> {
+    /// ε is a thousandth of a millimetre per metre of the scene, at least a millimetre; τ = ε/√(1 + λ²), a piece of a ray
+    /// over which h cannot change by ε. `extent` is the scene's size in metres.
+    ///
+    /// # Errors
+    /// When the scene has no camera called `main`.
+    pub fn new(scene: &'a TableScene, surface: &Surface<'_>, extent: DVec2) -> Result<Trial<'a>, ExperimentError> {
+        let placement =
+            scene.scene.cameras.get("main").ok_or_else(|| ExperimentError::failed("a scene needs a main camera"))?;
+        let epsilon = (1e-6 * extent.max_element()).max(1e-3);
+        let settings = Settings { epsilon, bracket: 10.0 * epsilon, edge: 1e-4 * epsilon, ..Settings::default() };
+        let steepest = (1.0 + surface.global().slope * surface.global().slope).sqrt();
+        let effort = Effort { bracket: epsilon / steepest, budget: 20_000 };
+        let camera = Camera::new(placement, 1920, 1080);
+        let elevations = elevation_range(&scene.program, extent);
+        let ground = Ground { program: &scene.program, camera, extent: (DVec2::ZERO, extent), elevations };
+        Ok(Trial { settings, effort, ground })
+    }
+}
+
+/// Lowest and highest ground of a raster of 256 × 256 samples, metres.
+fn elevation_range(program: &Program, extent: DVec2) -> [f64; 2] {
+    let baked = program.bake(DVec2::ZERO, extent / 255.0, 256, 256);
+    let ground = baked
+        .elevation
+        .iter()
+        .zip(&baked.weight)
+        .filter(|(_, w)| f64::from(**w) >= THRESHOLD)
+        .map(|(e, _)| f64::from(*e));
+    ground.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], e| [lo.min(e), hi.max(e)])
 }
 
 /// What a comparison counts.

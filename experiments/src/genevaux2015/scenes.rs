@@ -1,8 +1,10 @@
 //! The paper's scenes, built into the program.
 
 use crate::scenes;
+use glam::DVec2;
 use terrain_model::program::Program;
 use terrain_model::scene::Scene;
+use terrain_papers::tables::genevaux2015_table1;
 
 /// A scene of Table 1 with its ground compiled.
 pub struct TableScene {
@@ -14,19 +16,33 @@ pub struct TableScene {
     pub scene: Scene,
     /// Its ground.
     pub program: Program,
+    /// Its size, metres.
+    pub extent: DVec2,
+    /// The committed record of long comparisons, empty before the first.
+    pub record: &'static str,
 }
+
+/// Name in metrics, name in the table, record.
+const SCENES: [(&str, &str, &str); 2] = [
+    ("fig3", "Fig 3", include_str!("../../records/fig3.csv")),
+    ("fig19", "Fig 19", include_str!("../../records/fig19.csv")),
+];
 
 /// The scenes that exist so far, in the table's order.
 ///
 /// # Errors
 /// What is wrong with a built-in scene: a bug.
 pub fn table_scenes() -> Result<Vec<TableScene>, String> {
-    [("fig3", "Fig 3"), ("fig19", "Fig 19")]
+    let table = genevaux2015_table1().map_err(|error| error.to_string())?;
+    SCENES
         .into_iter()
-        .map(|(name, row)| {
+        .map(|(name, row, record)| {
+            let printed = table.rows.iter().find(|printed| printed.scene == row);
+            let printed = printed.ok_or_else(|| format!("Table 1 has no row {row}"))?;
+            let extent = DVec2::from_array(printed.extent_km) * 1000.0;
             let scene = scenes::load(&format!("builtin:{name}")).map_err(|error| error.to_string())?;
             let program = scene.program(scene.ground()).map_err(|error| format!("{name}: {error}"))?;
-            Ok(TableScene { name, row, scene, program })
+            Ok(TableScene { name, row, scene, program, extent, record })
         })
         .collect()
 }
@@ -37,7 +53,7 @@ mod tests {
 
     #[test]
     fn scenes_have_the_counts_of_the_table() {
-        let table = terrain_papers::tables::genevaux2015_table1().unwrap();
+        let table = genevaux2015_table1().unwrap();
         for scene in table_scenes().unwrap() {
             let row = table.rows.iter().find(|row| row.scene == scene.row).expect("a row of the table");
             let root = scene.scene.layers[scene.scene.ground()];

@@ -27,8 +27,25 @@ pub enum Method {
     Sphere,
     /// A slope bound for each piece of the ray
     Accelerated,
+    /// The same with pieces that double after every step, as printed in the paper
+    AcceleratedPaper,
+    /// Bounds of the slope along the ray, for each piece of it
+    Segment,
     /// A proof for each pixel: slow; what it cannot decide is magenta
     Certified,
+}
+
+impl Method {
+    /// The marching tracer, none for proofs.
+    fn marching(self) -> Option<Tracer> {
+        match self {
+            Method::Sphere => Some(Tracer::Sphere),
+            Method::Accelerated => Some(Tracer::Accelerated),
+            Method::AcceleratedPaper => Some(Tracer::AcceleratedPaper),
+            Method::Segment => Some(Tracer::Segment),
+            Method::Certified => None,
+        }
+    }
 }
 
 /// Draws a scene.
@@ -86,14 +103,9 @@ impl Render {
         pixels.par_chunks_mut(self.size.width).enumerate().for_each_init(
             || (HeightRay::new(&surface), CertifiedTracer::new(&program)),
             |(field, certified), (row, out)| {
-                match self.tracer {
-                    Method::Sphere => {
-                        render_row(&surface, field, &camera, Tracer::Sphere, &settings, &look, row, out);
-                    }
-                    Method::Accelerated => {
-                        render_row(&surface, field, &camera, Tracer::Accelerated, &settings, &look, row, out);
-                    }
-                    Method::Certified => {
+                match self.tracer.marching() {
+                    Some(tracer) => render_row(&surface, field, &camera, tracer, &settings, &look, row, out),
+                    None => {
                         for (column, pixel) in out.iter_mut().enumerate() {
                             let ray = camera.ray(column as f64 + 0.5, row as f64 + 0.5);
                             let before = certified.evaluations();
@@ -110,11 +122,7 @@ impl Render {
         bar.finish_and_clear();
 
         picture::write(&self.out, self.size, &pixels)?;
-        let name = match self.tracer {
-            Method::Sphere => Tracer::Sphere.name(),
-            Method::Accelerated => Tracer::Accelerated.name(),
-            Method::Certified => CERTIFIED,
-        };
+        let name = self.tracer.marching().map_or(CERTIFIED, Tracer::name);
         let stats = Stats::of(name, self.size, &pixels, seconds);
         if let Some(path) = &self.stats {
             stats.write(path)?;

@@ -15,6 +15,9 @@ use crate::real::Real;
 /// Most cells, or tetrahedron corners, looked at one by one; a larger box gets the global bounds.
 const CELLS: i64 = 4;
 
+/// Cells: an enclosure inside the cells of a wider box would say no more than the bounds over all of the plane.
+const WIDE: f64 = 0.35;
+
 /// The fade of an interval in [0, 1] and its derivative. The fade increases, so its ends are its values at the ends.
 pub(crate) fn fade_of(t: Interval) -> (Interval, Interval) {
     let at = |x: f64| fade(Interval::point(x)).0;
@@ -155,6 +158,9 @@ pub(super) fn for_each_kernel(
 impl NoiseJet for Interval {
     fn gradient2_jet(lattice: Lattice<2>, x: [Interval; 2]) -> [Interval; 3] {
         let bound = global(GRADIENT2_RANGE, GRADIENT2_SLOPE);
+        if x[0].width().max(x[1].width()) > WIDE {
+            return bound;
+        }
         let keys = Keys::new(lattice.seed);
         let mut hull = None;
         let found = for_each_cell(x, |cell, t| {

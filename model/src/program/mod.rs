@@ -61,6 +61,10 @@ impl Program {
     pub(crate) fn tables(&self) -> Tables<'_> {
         Tables { octaves: &self.octaves, tiled: false, noises: &self.noises, images: &self.images }
     }
+    /// Number of parameters.
+    pub fn parameter_count(&self) -> usize {
+        self.parameters.len()
+    }
     /// The `k`-th parameter.
     pub fn parameter(&self, k: usize) -> f64 {
         self.parameters[k]

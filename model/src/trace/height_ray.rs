@@ -78,6 +78,7 @@ pub struct HeightRay<'a> {
     values: Evaluator<f64>,
     duals: Evaluator<Dual<f64, 2>>,
     bounds: BoundsEvaluator<'a>,
+    enclosures: Evaluator<Dual<Interval, 1>>,
     evaluations: u64,
 }
 
@@ -90,6 +91,7 @@ impl<'a> HeightRay<'a> {
             values: Evaluator::new(surface.program),
             duals: Evaluator::new(surface.program),
             bounds: BoundsEvaluator::with_rule(surface.program, surface.rule),
+            enclosures: Evaluator::new(surface.program),
             evaluations: 0,
         }
     }
@@ -138,10 +140,21 @@ impl RayFunction for HeightRay<'_> {
         let across = u.truncate().length();
         RayBounds {
             height: Interval::new(p.z, q.z) - b.elevation,
-            descent: u.z - across * b.slope.min(self.surface.slope_cap),
+            slope: Interval::point(u.z) - Interval::symmetric(across * b.slope.min(self.surface.slope_cap)),
             weight: b.weight,
             weight_slope: across * b.weight_slope,
         }
+    }
+    fn enclose(&mut self, t0: f64, t1: f64) -> RayBounds {
+        self.evaluations += 1;
+        let t = Dual::<Interval, 1>::variable(Interval::new(t0, t1), 0);
+        let along = |k: usize| {
+            let fixed = |x: f64| Dual::fixed(Interval::point(x));
+            fixed(self.ray.origin[k]) + fixed(self.ray.direction[k]) * t
+        };
+        let (f, a) = self.enclosures.run(self.surface.program, [along(0), along(1)]);
+        let h = along(2) - f;
+        RayBounds { height: h.value, slope: h.slope[0], weight: a.value, weight_slope: a.slope[0].magnitude() }
     }
     fn evaluations(&self) -> u64 {
         self.evaluations

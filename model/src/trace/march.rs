@@ -25,7 +25,7 @@ impl Default for Settings {
 pub(super) const TOUCH: f64 = 1e-9;
 
 /// Steps shrink by this factor, for the rounding of the step's own arithmetic.
-const DEFLATE: f64 = 1.0 - 1e-9;
+pub(super) const DEFLATE: f64 = 1.0 - 1e-9;
 
 /// How far one may go from a point.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +77,7 @@ pub(super) fn march<F: RayFunction>(
 
 /// Is the surface met within the bracket behind `t`? By a change of sign, not by nearness alone: a ray that passes a
 /// crest at half ε does not hit it.
-fn crosses<F: RayFunction>(function: &mut F, settings: &Settings, t: f64, point: RayPoint) -> bool {
+pub(super) fn crosses<F: RayFunction>(function: &mut F, settings: &Settings, t: f64, point: RayPoint) -> bool {
     if point.height < TOUCH {
         return true;
     }

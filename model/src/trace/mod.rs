@@ -5,8 +5,10 @@ pub mod camera;
 pub mod certified;
 mod height_ray;
 mod march;
+pub mod segment;
 pub mod shade;
 pub mod sphere;
+mod stride;
 
 pub use height_ray::{HeightRay, Surface};
 pub use march::Settings;
@@ -56,8 +58,8 @@ impl RayPoint {
 pub struct RayBounds {
     /// Encloses h wherever the weight is positive.
     pub height: Interval,
-    /// The least difference quotient of h along the ray, where the whole piece lies in the domain.
-    pub descent: f64,
+    /// Encloses the difference quotients of h along the ray, where the whole piece lies in the domain.
+    pub slope: Interval,
     /// Encloses α.
     pub weight: Interval,
     /// The largest change of α per metre of the ray.
@@ -74,7 +76,9 @@ pub trait RayFunction {
     fn slope(&mut self, t: f64) -> f64;
     /// Bounds over [t0, t1]. Counted.
     fn bounds(&mut self, t0: f64, t1: f64) -> RayBounds;
-    /// Evaluations so far: each `value`, `slope` and `bounds` is one.
+    /// The same from one run on duals of intervals of t: h′ instead of a slope in any direction. Counted.
+    fn enclose(&mut self, t0: f64, t1: f64) -> RayBounds;
+    /// Evaluations so far: each `value`, `slope`, `bounds` and `enclose` is one.
     fn evaluations(&self) -> u64;
 }
 
@@ -117,16 +121,22 @@ pub enum Tracer {
     Sphere,
     /// Slope bound over a candidate segment (§7.2, with claims G13–G15).
     Accelerated,
+    /// The same with the candidate as printed: doubled after every step (claims G15).
+    AcceleratedPaper,
+    /// Bounds of h′ along the candidate segment (Galin 2020).
+    Segment,
 }
 
 impl Tracer {
     /// All of them.
-    pub const ALL: [Tracer; 2] = [Tracer::Sphere, Tracer::Accelerated];
+    pub const ALL: [Tracer; 4] = [Tracer::Sphere, Tracer::Accelerated, Tracer::AcceleratedPaper, Tracer::Segment];
     /// The name on command lines and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Tracer::Sphere => "sphere",
             Tracer::Accelerated => "accelerated",
+            Tracer::AcceleratedPaper => "accelerated_paper",
+            Tracer::Segment => "segment",
         }
     }
     /// Traces one ray of a surface.
@@ -134,6 +144,8 @@ impl Tracer {
         match self {
             Tracer::Sphere => sphere::trace(ray, surface.global(), settings),
             Tracer::Accelerated => accelerated::trace(ray, settings),
+            Tracer::AcceleratedPaper => accelerated::trace_paper(ray, settings),
+            Tracer::Segment => segment::trace(ray, settings),
         }
     }
 }
