@@ -186,7 +186,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("fig19.csv");
         let mut record = Record::empty(&scene, 5);
-        record.blocks.insert(0, ("earlier".into(), Block { truth: [1, 2, 3], wrong: [[0, 1, 0]; 4] }));
+        record.blocks.insert(0, ("earlier".into(), Block { truth: [1, 2, 3], wrong: [[0, 1, 0]; 3] }));
         record.extend(&scene, BLOCK, |_| true, &file, |_| {}).unwrap();
         assert!(!file.exists(), "nothing was missing, so nothing was counted");
         let text = record.text("fig19");

@@ -318,7 +318,7 @@ fn pictures(
     let extent = DVec2::from_array(row.extent_km) * 1000.0;
     // Shadow rays would be counted apart; the paper's counts have none.
     let look = Look { shadows: false, ..Look::over(DVec2::ZERO, extent, elevations) };
-    for tracer in Tracer::ALL {
+    for tracer in Tracer::WITH_PAPER {
         let start = Instant::now();
         let pixels = render(surface, &camera, tracer, settings, &look);
         let seconds = start.elapsed().as_secs_f64();
