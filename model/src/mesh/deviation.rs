@@ -362,7 +362,9 @@ mod tests {
                 let (elevation, weight) = program.height(DVec2::new(x, y));
                 let distance = (elevation - z).abs();
                 prop_assert!(weight < THRESHOLD || distance <= found.at_most + 1e-9, "{distance} {found:?}");
-                prop_assert!(!(found.inside && weight < THRESHOLD) && !(found.outside && weight >= THRESHOLD));
+                let here = weight >= THRESHOLD;
+                let contradicted = if here { found.outside } else { found.inside };
+                prop_assert!(!contradicted);
             }
         }
     }

@@ -4,6 +4,7 @@ pub mod adaptive;
 pub mod cracks;
 pub mod deviation;
 pub mod quadtree;
+pub mod regular;
 pub mod tin;
 
 use glam::{DVec2, DVec3};

@@ -41,7 +41,7 @@ impl Settings {
     pub const BUDGET: u32 = 512;
     /// Points are inserted without a proof until none is found above this share of the tolerance: nearer to 1, proofs
     /// get long; lower, triangles get many.
-    const SHARE: f64 = 0.8;
+    const SHARE: f64 = 0.65;
 }
 
 /// A network and what is known of it.
@@ -110,7 +110,7 @@ struct Network<'a> {
 /// [`MeshError::Settings`] for a rectangle without area, or a tolerance or a border that is not positive.
 pub fn tin(program: &Program, settings: &Settings) -> Result<Tin, MeshError> {
     MeshError::refuse(settings.low, settings.high, settings.tolerance)?;
-    if !(settings.border > 0.0) {
+    if settings.border.is_nan() || settings.border <= 0.0 {
         return Err(MeshError::Settings { problem: "border of a mesh", expected: "a positive number of metres" });
     }
     let mut network =
