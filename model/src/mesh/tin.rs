@@ -59,6 +59,8 @@ pub struct Tin {
 
 /// Points tried on a triangle: those with barycentric coordinates that are multiples of 1/LATTICE, but the corners.
 const LATTICE: u32 = 6;
+/// A new vertex nearer to a side on the rectangle's border than this share of the side's length is put on it.
+const RIM: f64 = 0.125;
 /// Triangles across the rectangle's longer side to begin with.
 const FIRST: f64 = 8.0;
 
@@ -148,6 +150,25 @@ impl Network<'_> {
         }
     }
 
+    /// The point, or the nearest one on a side that the triangle has on the rectangle's border, if it is that near. A
+    /// vertex close above such a side leaves a flat triangle, whose worst point is closer still, and so on for ever:
+    /// across the border there is no triangle to flip the side with.
+    fn off_the_rim(&self, name: Name, p: DVec2) -> DVec2 {
+        let corners = self.corners(name).map(|corner| corner.position);
+        let mut moved = p;
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            for axis in 0..2 {
+                let rim = a[axis];
+                let on_rim = rim == b[axis] && (rim == self.settings.low[axis] || rim == self.settings.high[axis]);
+                if on_rim && (p[axis] - rim).abs() < RIM * (a[1 - axis] - b[1 - axis]).abs() {
+                    moved[axis] = rim;
+                }
+            }
+        }
+        moved
+    }
+
     fn corners(&self, name: Name) -> [Vertex; 3] {
         name.map(|index| *self.triangles.vertex(FixedVertexHandle::from_index(index)).data())
     }
@@ -217,7 +238,7 @@ impl Network<'_> {
             if !self.exists(name) {
                 continue;
             }
-            let Some(vertex) = self.insert(at) else { continue };
+            let Some(vertex) = self.insert(self.off_the_rim(name, at)) else { continue };
             for name in self.around(vertex) {
                 let worst = self.worst(name);
                 if worst.error > target {
@@ -248,7 +269,7 @@ impl Network<'_> {
                 if self.exists(name)
                     && let Some(p) = self.wanted(name, &found)
                 {
-                    inserted += usize::from(self.insert(p).is_some());
+                    inserted += usize::from(self.insert(self.off_the_rim(name, p)).is_some());
                 }
             }
             known.retain(|&name, _| self.exists(name));
@@ -366,6 +387,25 @@ mod tests {
         let found = certify(&program, &moved, SETTINGS.tolerance, SETTINGS.budget);
         assert!(!found.holds() && found.at_least > SETTINGS.tolerance);
         assert!(found.open.iter().all(|&t| moved.triangles[t].contains(&50)));
+    }
+
+    #[test]
+    fn vertices_do_not_creep_up_to_the_border() {
+        // Sharp relief that the rectangle's border cuts anywhere.
+        let program = hills();
+        for k in 0..6 {
+            let low = DVec2::new(8.0 + 1.7 * f64::from(k), 9.0 + 2.3 * f64::from(k));
+            let cut = Settings { low, high: low + 21.0, ..SETTINGS };
+            let found = tin(&program, &cut).unwrap();
+            assert!(found.open.is_empty() && cracks(&found.mesh) == Cracks::default());
+            let rim = |p: &[f64; 3]| {
+                let of = |axis: usize| [p[axis] - cut.low[axis], cut.high[axis] - p[axis]];
+                let distances = [of(0), of(1)].concat().into_iter().filter(|distance| *distance > 0.0);
+                distances.fold(f64::INFINITY, f64::min)
+            };
+            let nearest = found.mesh.positions.iter().map(rim).fold(f64::INFINITY, f64::min);
+            assert!(nearest > 1e-3, "{k}: {nearest}");
+        }
     }
 
     #[test]
