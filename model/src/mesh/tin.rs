@@ -390,22 +390,31 @@ mod tests {
     }
 
     #[test]
-    fn vertices_do_not_creep_up_to_the_border() {
-        // Sharp relief that the rectangle's border cuts anywhere.
+    fn a_vertex_near_a_side_on_the_border_is_put_on_it_and_no_other() {
         let program = hills();
-        for k in 0..6 {
-            let low = DVec2::new(8.0 + 1.7 * f64::from(k), 9.0 + 2.3 * f64::from(k));
-            let cut = Settings { low, high: low + 21.0, ..SETTINGS };
-            let found = tin(&program, &cut).unwrap();
-            assert!(found.open.is_empty() && cracks(&found.mesh) == Cracks::default());
-            let rim = |p: &[f64; 3]| {
-                let of = |axis: usize| [p[axis] - cut.low[axis], cut.high[axis] - p[axis]];
-                let distances = [of(0), of(1)].concat().into_iter().filter(|distance| *distance > 0.0);
-                distances.fold(f64::INFINITY, f64::min)
-            };
-            let nearest = found.mesh.positions.iter().map(rim).fold(f64::INFINITY, f64::min);
-            assert!(nearest > 1e-3, "{k}: {nearest}");
+        let mut network = Network {
+            program: &program,
+            settings: SETTINGS,
+            gauge: Gauge::new(&program),
+            triangles: DelaunayTriangulation::new(),
+        };
+        network.begin();
+        let (mut rims, mut others) = (0, 0);
+        for name in network.names() {
+            let [a, b, c] = network.corners(name).map(|corner| DVec2::new(corner.position[0], corner.position[1]));
+            for (from, to, apex) in [(a, b, c), (b, c, a), (c, a, b)] {
+                let near = from.lerp(to, 0.5).lerp(apex, 0.01);
+                let on_rim = |p: DVec2| p.x == 0.0 || p.y == 0.0 || p.x == 64.0 || p.y == 48.0;
+                let rim = on_rim(from.lerp(to, 0.5));
+                let moved = network.off_the_rim(name, near);
+                assert_eq!((on_rim(moved), moved == near), (rim, !rim), "{from} {to}");
+                rims += usize::from(rim);
+                others += usize::from(!rim);
+            }
+            let middle = (a + b + c) / 3.0;
+            assert_eq!(network.off_the_rim(name, middle), middle);
         }
+        assert!(rims == 28 && others > 100, "{rims} {others}");
     }
 
     #[test]
