@@ -109,7 +109,7 @@ fn bake_writes_what_eval_says_and_no_data_off_the_terrain() {
 #[test]
 fn bake_writes_every_format_and_the_weight_beside_the_elevation_in_exr() {
     let folder = tempfile::tempdir().unwrap();
-    for extension in ["asc", "png", "raw", "r16", "exr", "ply", "obj"] {
+    for extension in ["asc", "png", "raw", "r16", "exr", "ply", "obj", "glb"] {
         let out = folder.path().join("demo").with_extension(extension);
         ok(&["bake", DEMO, "--size", "8", "--region", "5000,5000,12000,12000", "--out", text(&out)]);
         assert!(std::fs::metadata(&out).unwrap().len() > 100, "{extension}");
@@ -118,6 +118,38 @@ fn bake_writes_every_format_and_the_weight_beside_the_elevation_in_exr() {
     let names: Vec<String> = io::exr::read_layers(&exr).unwrap().layers.into_iter().map(|layer| layer.0).collect();
     assert_eq!(names, ["elevation", "weight"]);
     assert_eq!(io::read_grid(&exr).unwrap().origin(), glam::DVec2::splat(5000.0));
+}
+
+#[test]
+fn mesh_writes_each_kind_and_says_what_is_proved() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("demo.glb");
+    let extent = ["--extent", "15000,15000,16000,15800", "--out", text(&out)];
+    let line = ok(&[&["mesh", DEMO, "--kind", "regular", "--size", "6x5"], &extent[..]].concat());
+    assert!(line.contains("30 vertices, 40 triangles"), "{line}");
+    for kind in ["adaptive", "tin"] {
+        let line = ok(&[&["mesh", DEMO, "--kind", kind, "--error", "60"], &extent[..]].concat());
+        assert!(line.contains("proved to lie within") && line.lines().count() == 1, "{line}");
+        assert_eq!(&std::fs::read(&out).unwrap()[..4], b"glTF");
+    }
+    for extension in ["ply", "obj"] {
+        let out = folder.path().join("demo").with_extension(extension);
+        ok(&["mesh", DEMO, "--size", "4", "--extent", "15000,15000,16000,15800", "--out", text(&out)]);
+        assert!(std::fs::metadata(&out).unwrap().len() > 100, "{extension}");
+    }
+}
+
+#[test]
+fn mesh_refuses_what_it_cannot_do_in_one_line() {
+    let run = |more: &[&str]| fails(1, &[&["mesh", DEMO, "--extent", "1e6,1e6,2e6,2e6"], more].concat());
+    one_line(&run(&["--size", "4", "--out", "a.glb"]), &["no triangle lies on the terrain", "--extent"]);
+    one_line(&run(&["--error", "5", "--out", "a.glb"]), &["no triangle lies on the terrain", "--extent"]);
+    one_line(&run(&["--size", "4", "--out", "a.tif"]), &["a.tif", ".glb"]);
+    one_line(&run(&["--kind", "regular", "--error", "5", "--out", "a.glb"]), &["--size"]);
+    one_line(&run(&["--kind", "tin", "--size", "5", "--out", "a.glb"]), &["--error"]);
+    for bad in [&["--error", "0"][..], &["--error", "nan"], &["--size", "1"], &["--size", "4", "--error", "5"], &[]] {
+        assert!(!fails(2, &[&["mesh", DEMO, "--out", "a.glb"], bad].concat()).is_empty());
+    }
 }
 
 #[test]

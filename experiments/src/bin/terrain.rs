@@ -1,4 +1,4 @@
-//! `terrain`: evaluates, describes, samples and draws scenes, and converts rasters. Status 0 when it did, 1 when a file could
+//! `terrain`: evaluates, describes, samples, meshes and draws scenes, and converts rasters. Status 0 when it did, 1 when a file could
 //! not be read, used or written, 2 when the command line could not be understood.
 
 use clap::{Parser, Subcommand};
@@ -6,9 +6,11 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use terrain_experiments::scenes::SceneFileError;
-use terrain_experiments::verbs::{VerbError, bake::Bake, convert::Convert, eval::Eval, info::Info, render::Render};
+use terrain_experiments::verbs::{
+    VerbError, bake::Bake, convert::Convert, eval::Eval, info::Info, mesh::Mesh, render::Render,
+};
 
-/// Evaluates, describes, samples and draws terrain scenes, and converts rasters.
+/// Evaluates, describes, samples, meshes and draws terrain scenes, and converts rasters.
 ///
 /// Lengths are metres: x east, y north, z up. Exit status: 0 done; 1 a file could not be read, used or written, with one
 /// line that says which, where and how to mend it; 2 the command line could not be understood.
@@ -27,6 +29,7 @@ enum Verb {
     Eval(Eval),
     Info(Info),
     Bake(Bake),
+    Mesh(Mesh),
     Render(Render),
     Convert(Convert),
 }
@@ -37,6 +40,7 @@ fn main() -> ExitCode {
         Verb::Eval(verb) => verb.run(),
         Verb::Info(verb) => verb.run(),
         Verb::Bake(verb) => verb.run(),
+        Verb::Mesh(verb) => verb.run(),
         Verb::Render(verb) => verb.run(),
         Verb::Convert(verb) => verb.run(),
     };

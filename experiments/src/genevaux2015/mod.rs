@@ -1,15 +1,24 @@
 //! Génevaux et al. 2015: one module per table, figure or claim.
 
+mod adaptive;
 mod blend_bound;
 mod falloff;
+mod meshes;
 mod noise_bound;
 pub mod rays;
 pub mod record;
 pub mod scenes;
 mod table1;
+mod tin;
 
 use crate::experiment::Experiment;
 
 /// This paper's experiments, in the order of the report.
-pub const EXPERIMENTS: &[&Experiment] =
-    &[&table1::EXPERIMENT, &falloff::EXPERIMENT, &blend_bound::EXPERIMENT, &noise_bound::EXPERIMENT];
+pub const EXPERIMENTS: &[&Experiment] = &[
+    &table1::EXPERIMENT,
+    &falloff::EXPERIMENT,
+    &blend_bound::EXPERIMENT,
+    &noise_bound::EXPERIMENT,
+    &adaptive::EXPERIMENT,
+    &tin::EXPERIMENT,
+];

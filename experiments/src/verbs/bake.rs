@@ -1,15 +1,14 @@
 //! `terrain bake`: a layer sampled to a raster, or to the mesh through its samples.
 
-use super::{SceneArguments, Size, VerbError, numbers, print};
+use super::{Rectangle, SceneArguments, Size, VerbError, print};
 use clap::Args;
 use glam::DVec2;
 use std::path::PathBuf;
-use std::str::FromStr;
 use terrain_model::bounds::THRESHOLD;
 use terrain_model::grid::{Crs, Grid};
 use terrain_model::io::{exr, write_grid};
 
-/// Samples a layer to a raster (.tif, .asc, .hgt, .png, .raw, .r32, .r16, .exr) or a mesh (.ply, .obj).
+/// Samples a layer to a raster (.tif, .asc, .hgt, .png, .raw, .r32, .r16, .exr) or a mesh (.ply, .obj, .glb).
 ///
 /// The outer samples lie on the border of the region. Where the weight is below 1/2 there is no terrain: no-data. An .exr
 /// holds the elevation and, as a second layer, the weight.
@@ -26,25 +25,6 @@ pub struct Bake {
     /// The file to write; its extension is the format
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-}
-
-/// `X0,Y0,X1,Y1`, metres.
-#[derive(Clone, Copy, Debug)]
-struct Rectangle {
-    low: DVec2,
-    high: DVec2,
-}
-
-impl FromStr for Rectangle {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Rectangle, String> {
-        let [x0, y0, x1, y1] = numbers(text)?;
-        if x0 < x1 && y0 < y1 {
-            Ok(Rectangle { low: DVec2::new(x0, y0), high: DVec2::new(x1, y1) })
-        } else {
-            Err("expected the south-west corner, then the north-east: X0 < X1 and Y0 < Y1".to_owned())
-        }
-    }
 }
 
 impl Bake {

@@ -4,6 +4,7 @@ pub mod bake;
 pub mod convert;
 pub mod eval;
 pub mod info;
+pub mod mesh;
 mod picture;
 pub mod render;
 
@@ -90,6 +91,25 @@ impl FromStr for Point {
     fn from_str(text: &str) -> Result<Point, String> {
         let [x, y] = numbers(text)?;
         Ok(Point(DVec2::new(x, y)))
+    }
+}
+
+/// `X0,Y0,X1,Y1`, metres.
+#[derive(Clone, Copy, Debug)]
+struct Rectangle {
+    low: DVec2,
+    high: DVec2,
+}
+
+impl FromStr for Rectangle {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Rectangle, String> {
+        let [x0, y0, x1, y1] = numbers(text)?;
+        if x0 < x1 && y0 < y1 {
+            Ok(Rectangle { low: DVec2::new(x0, y0), high: DVec2::new(x1, y1) })
+        } else {
+            Err("expected the south-west corner, then the north-east: X0 < X1 and Y0 < Y1".to_owned())
+        }
     }
 }
 

@@ -8,7 +8,7 @@
 //! | `.png` | [`png`] with its sidecar | 16 bits, scaled | all, elevations to half a step |
 //! | `.raw`, `.r32`; `.r16` | [`raw`] with its sidecar | 32-bit floats; 16 bits, scaled | all |
 //! | `.exr` | [`exr`] with its sidecar | 32-bit floats | all |
-//! | `.ply`, `.obj` | – | [`ply`] (binary), [`obj`] | the surface, as triangles |
+//! | `.ply`, `.obj`, `.glb` | – | [`ply`] (binary), [`obj`], [`glb`] | the surface, as triangles |
 //!
 //! Every reader checks a header against the length of the file before it allocates, and returns one line that names the
 //! file, the place, what was expected and how to mend it. Every writer goes through [`atomic::atomic_write`].
@@ -19,6 +19,7 @@ mod error;
 pub mod esri_ascii;
 pub mod exr;
 pub mod geotiff;
+pub mod glb;
 pub mod hgt;
 mod local_metres;
 pub mod obj;
@@ -68,7 +69,10 @@ pub fn read_grid(path: &Path) -> Result<Grid<f32>, ReadError> {
 /// # Errors
 /// [`WriteError`]: the extension, or what the format's writer says.
 pub fn write_grid(path: &Path, grid: &Grid<f32>) -> Result<(), WriteError> {
-    let mesh = || Mesh::from_grid(grid).map_err(|error| WriteError::cannot(path, error, "write a smaller raster"));
+    let mesh = || {
+        let mesh = Mesh::from_grid(grid).map_err(|error| WriteError::cannot(path, error, "write a smaller raster"))?;
+        Ok::<Mesh, WriteError>(mesh.with_normals())
+    };
     match extension(path).as_str() {
         "tif" | "tiff" => geotiff::write_f32(path, grid, geotiff::RasterType::default()),
         "asc" => esri_ascii::write(path, grid),
@@ -77,12 +81,28 @@ pub fn write_grid(path: &Path, grid: &Grid<f32>) -> Result<(), WriteError> {
         "raw" | "r32" => raw::write_f32(path, grid),
         "r16" => raw::write_u16(path, grid),
         "exr" => exr::write(path, grid),
-        "ply" => ply::write(path, &mesh()?.with_normals(), ply::Encoding::Binary),
-        "obj" => obj::write(path, &mesh()?.with_normals()),
+        "ply" | "obj" | "glb" => write_mesh(path, &mesh()?),
         other => Err(WriteError::Extension {
             file: error::name_of(path),
             extension: other.into(),
-            known: ".tif, .tiff, .asc, .hgt, .png, .raw, .r32, .r16, .exr, .ply, .obj".into(),
+            known: ".tif, .tiff, .asc, .hgt, .png, .raw, .r32, .r16, .exr, .ply, .obj, .glb".into(),
+        }),
+    }
+}
+
+/// Writes a mesh in the format of its extension: see the module's table. PLY is binary.
+///
+/// # Errors
+/// [`WriteError`]: the extension, or what the format's writer says.
+pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<(), WriteError> {
+    match extension(path).as_str() {
+        "ply" => ply::write(path, mesh, ply::Encoding::Binary),
+        "obj" => obj::write(path, mesh),
+        "glb" => glb::write(path, mesh),
+        other => Err(WriteError::Extension {
+            file: error::name_of(path),
+            extension: other.into(),
+            known: ".ply, .obj, .glb".into(),
         }),
     }
 }
@@ -111,7 +131,7 @@ mod tests {
     #[test]
     fn meshes_of_a_grid_are_written_by_extension() {
         let folder = tempfile::tempdir().unwrap();
-        for extension in ["ply", "obj"] {
+        for extension in ["ply", "obj", "glb"] {
             let path = folder.path().join("a").with_extension(extension);
             write_grid(&path, &sidecar::example()).unwrap();
             assert!(std::fs::metadata(&path).unwrap().len() > 100);

@@ -1,6 +1,13 @@
 //! Triangle meshes, as they are written to files and handed to renderers.
 
-use glam::DVec3;
+pub mod adaptive;
+pub mod cracks;
+pub mod deviation;
+pub mod quadtree;
+pub mod regular;
+pub mod tin;
+
+use glam::{DVec2, DVec3};
 use thiserror::Error;
 
 use crate::grid::Grid;
@@ -38,6 +45,31 @@ pub enum MeshError {
         /// The number of vertices.
         vertices: usize,
     },
+    /// Something asked of a mesher that it cannot do.
+    #[error("{problem}: expected {expected}")]
+    Settings {
+        /// What was asked.
+        problem: &'static str,
+        /// What can be.
+        expected: &'static str,
+    },
+}
+
+impl MeshError {
+    /// Refuses what no mesher can do.
+    fn refuse(low: DVec2, high: DVec2, tolerance: f64) -> Result<(), MeshError> {
+        let expected = "finite corners, the first south-west of the second";
+        if !(low.is_finite() && high.is_finite() && low.x < high.x && low.y < high.y) {
+            return Err(MeshError::Settings { problem: "rectangle to mesh", expected });
+        }
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            return Err(MeshError::Settings {
+                problem: "tolerance of a mesh",
+                expected: "a positive number of metres",
+            });
+        }
+        Ok(())
+    }
 }
 
 /// Triangles over shared vertices; counter-clockwise seen from outside (from above, for terrain).
@@ -137,9 +169,44 @@ impl Mesh {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
-    use glam::DVec2;
+    use crate::noise::{Combination, Octaves};
+    use crate::operator::WeightRule;
+    use crate::profile::Knot;
+    use crate::program::Program;
+    use crate::tree::{DiscNoise, Node, Tree};
+
+    pub(crate) fn disc(at: (f64, f64), radius: f64, elevation: f64, noise: Option<DiscNoise>) -> Node {
+        Node::Disc { centre: DVec3::new(at.0, at.1, elevation), radius, weight: 1.6, noise }
+    }
+
+    /// A plain with a smooth and a ridged hill and a river, terrain on all of [0, 64]² metres.
+    pub(crate) fn hills() -> Program {
+        let mut tree = Tree::new();
+        let noise = |combination, wavelength: f64, amplitude| {
+            let octaves = Octaves { octaves: 3, frequency: 1.0 / wavelength, lacunarity: 2.0, gain: 0.5, amplitude };
+            Some(DiscNoise { combination, octaves, seed: 7 })
+        };
+        let ridged = Combination::Ridged { offset: 0.6, sharpness: 2.0 };
+        let parts = [
+            disc((32.0, 32.0), 200.0, 10.0, None),
+            disc((20.0, 24.0), 24.0, 16.0, noise(Combination::Sum, 20.0, 6.0)),
+            disc((44.0, 44.0), 22.0, 14.0, noise(ridged, 18.0, 7.0)),
+        ]
+        .map(|node| tree.push(node));
+        let a = tree.push(Node::Blend(parts.to_vec()));
+        let knot = |distance, height| Knot { distance, height, slope: 0.0 };
+        let b = tree.push(Node::Curve {
+            points: vec![DVec3::new(-10.0, 50.0, 9.0), DVec3::new(30.0, 30.0, 8.0), DVec3::new(70.0, 20.0, 6.0)],
+            radius: 12.0,
+            weight: 1.0,
+            joint: 4.0,
+            profile: vec![knot(-8.0, 4.0), knot(0.0, 0.0), knot(8.0, 4.0)],
+        });
+        let root = tree.push(Node::Replace { a, b, rule: WeightRule::Keep });
+        Program::compile(&tree, root).unwrap()
+    }
 
     fn grid(width: usize, height: usize, values: Vec<f32>) -> Grid<f32> {
         Grid::new(DVec2::new(10.0, 20.0), DVec2::new(2.0, 3.0), width, height, values).unwrap()
