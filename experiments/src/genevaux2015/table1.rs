@@ -262,7 +262,7 @@ fn recorded(scene: &TableScene, outcome: &mut Outcome, safety: &mut Table) -> Re
 /// ε of a picture: 10⁻⁴ of the scene's side, about a tenth of what a pixel covers when the scene fills 1080 rows.
 fn picture_settings(extent: DVec2) -> Settings {
     let epsilon = 1e-4 * extent.max_element();
-    Settings { epsilon, bracket: 10.0 * epsilon, edge: 1e-6 * epsilon, ..Settings::default() }
+    Settings { epsilon, bracket: 10.0 * epsilon, edge: 1e-4 * epsilon, ..Settings::default() }
 }
 
 fn mesh(
