@@ -130,18 +130,13 @@ pub struct Gauge<'a> {
 impl<'a> Gauge<'a> {
     /// A gauge of `program`.
     pub fn new(program: &'a Program) -> Gauge<'a> {
-        let printed = |rule: WeightRule| rule == WeightRule::CombinePaper;
-        let jumps = program
-            .code()
-            .iter()
-            .any(|i| matches!(*i, Instruction::Replace { rule } | Instruction::Add { rule } if printed(rule)));
         Gauge {
             pruner: Pruner::new(program),
             here: program.clone(),
             values: Evaluator::new(program),
             points: Evaluator::new(program),
             enclosures: Evaluator::new(program),
-            jumps,
+            jumps: program.jumps(),
         }
     }
     /// Prunes to the box with corners `low` and `high`, metres: until the next call all points lie in it.

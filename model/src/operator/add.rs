@@ -1,7 +1,7 @@
 //! Addition (Génevaux 2015 §5.3): f = f_A + α_B·f_B, with α_B clamped to [0, 1].
 
 use super::{
-    BlendRule, Combine, Fate, Part, Pruned, WeightRule, blend, both_needed, carried, clean, hull, squared_weight,
+    BlendRule, Combine, Fate, Part, Pruned, WeightRule, blend, both_needed, carried, clean, hull, on_support, squared_weight,
 };
 use crate::bounds::{Bounds, Region, plus_up, times_up};
 use crate::interval::Interval;
@@ -58,7 +58,7 @@ pub(crate) fn add<R: Real>(rule: WeightRule, a: Operand<R>, b: Operand<R>) -> Op
     match rule {
         WeightRule::Keep => raise(a),
         WeightRule::Combine => raise(R::weighted_mean(&[a, Operand::new(R::zero(), t.square())], 0.0)),
-        WeightRule::CombinePaper => Operand::new(a.elevation + detail, a.weight + t.square()),
+        WeightRule::CombinePaper => Operand::new(on_support(a) + detail, a.weight + t.square()),
     }
 }
 

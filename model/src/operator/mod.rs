@@ -208,6 +208,16 @@ fn carried<R: Real>(t: R, b: &Operand<R>) -> R {
     if R::ENCLOSES { (b.product / b.weight.max(R::one())).tighten(plain) } else { plain }
 }
 
+/// f_A where A has weight, 0 elsewhere: what the printed rules read. It jumps, and an enclosure knows no slope for it.
+#[inline(always)]
+fn on_support<R: Real>(a: Operand<R>) -> R {
+    if R::ENCLOSES {
+        R::weighted_mean(&[a], 0.0).elevation
+    } else {
+        R::select(R::zero().less(a.weight), a.elevation, R::zero())
+    }
+}
+
 /// Fates of two operands that both enter the result: dropping either would change its rounding.
 fn both_needed(parts: &[Part], fates: &mut [Fate]) {
     for (part, fate) in parts.iter().zip(fates) {

@@ -1,7 +1,7 @@
 //! Replacement (Génevaux 2015 §5.2): f = (1−α_B)·f_A + α_B·f_B, with α_B clamped to [0, 1].
 
 use super::{
-    BlendRule, Combine, Fate, Part, Pruned, WeightRule, blend, both_needed, carried, clean, hull, squared_weight,
+    BlendRule, Combine, Fate, Part, Pruned, WeightRule, blend, both_needed, carried, clean, hull, on_support, squared_weight,
 };
 use crate::bounds::{Bounds, Region, plus_up, times_up};
 use crate::interval::Interval;
@@ -66,7 +66,7 @@ pub(crate) fn replace<R: Real>(rule: WeightRule, a: Operand<R>, b: Operand<R>) -
             let new = Operand { elevation: b.elevation, weight: t.square(), product: t * new };
             R::weighted_mean(&[old, new], 0.0)
         }
-        WeightRule::CombinePaper => Operand::new(elevation, keep * a.weight + t.square()),
+        WeightRule::CombinePaper => Operand::new(keep * on_support(a) + new, keep * a.weight + t.square()),
     }
 }
 
@@ -90,7 +90,7 @@ pub(crate) fn replace_bounds(rule: WeightRule, a: Bounds, b: Bounds) -> Bounds {
         let blended = blend::blend_bounds(BlendRule::Corrected, &[clean(old), clean(new)]);
         return match rule {
             WeightRule::CombinePaper if !a.is_absent() => Bounds {
-                elevation: blended.elevation.hull(a.elevation),
+                elevation: blended.elevation.hull(a.elevation).hull(Interval::ZERO),
                 slope: f64::INFINITY,
                 support_slope: f64::INFINITY,
                 weighted_slope: f64::INFINITY,

@@ -17,7 +17,7 @@ pub use run::{Evaluator, Sample};
 pub use tile::TileProgram;
 
 use crate::noise::{Bounds as NoiseBounds, Octave};
-use crate::operator::{Map, Operator};
+use crate::operator::{Map, Operator, WeightRule};
 use crate::primitive::image::Image;
 use crate::primitive::{Code as Leaf, Leaf as _, Parameters, Tables};
 use std::sync::Arc;
@@ -60,6 +60,15 @@ impl Program {
     }
     pub(crate) fn tables(&self) -> Tables<'_> {
         Tables { octaves: &self.octaves, tiled: false, noises: &self.noises, images: &self.images }
+    }
+    /// Whether an operator has a weight rule as printed, whose elevation jumps where an operand's support ends (claims,
+    /// *Nesting*).
+    pub fn jumps(&self) -> bool {
+        self.code.iter().any(|instruction| match instruction {
+            Instruction::Combine(Operator::Replace(code)) => code.rule == WeightRule::CombinePaper,
+            Instruction::Combine(Operator::Add(code)) => code.rule == WeightRule::CombinePaper,
+            _ => false,
+        })
     }
     /// Number of parameters.
     pub fn parameter_count(&self) -> usize {
