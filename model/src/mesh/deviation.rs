@@ -10,8 +10,7 @@ use super::Mesh;
 use crate::bounds::{Region, THRESHOLD};
 use crate::dual::Dual;
 use crate::interval::Interval;
-use crate::operator::WeightRule;
-use crate::program::{Evaluator, Instruction, Program, Pruner};
+use crate::program::{Evaluator, Program, Pruner};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::BinaryHeap;
@@ -334,6 +333,8 @@ pub(super) fn measure(gauge: &mut Gauge<'_>, corners: &[[f64; 3]; 3], tolerance:
 mod tests {
     use super::*;
     use crate::mesh::tests::{disc, hills};
+    use crate::operator::WeightRule;
+    use crate::primitive::disc::Disc;
     use crate::tree::{Node, Tree};
     use glam::DVec3;
     use proptest::prelude::*;
@@ -397,7 +398,7 @@ mod tests {
     fn nothing_is_claimed_of_the_printed_weight_rule() {
         let mut tree = Tree::new();
         let a = tree.push(disc((0.0, 0.0), 10.0, 5.0, None));
-        let b = tree.push(Node::Disc { centre: DVec3::ZERO, radius: 20.0, weight: 1.0, noise: None });
+        let b = tree.push(Disc { centre: DVec3::ZERO, radius: 20.0, weight: 1.0, noise: None });
         let root = tree.push(Node::Replace { a, b, rule: WeightRule::CombinePaper });
         let program = Program::compile(&tree, root).unwrap();
         let corners = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]];

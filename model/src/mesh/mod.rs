@@ -173,12 +173,14 @@ pub(crate) mod tests {
     use super::*;
     use crate::noise::{Combination, Octaves};
     use crate::operator::WeightRule;
+    use crate::primitive::curve::Curve;
+    use crate::primitive::disc::{Disc, DiscNoise};
     use crate::profile::Knot;
     use crate::program::Program;
-    use crate::tree::{DiscNoise, Node, Tree};
+    use crate::tree::{Node, Tree};
 
     pub(crate) fn disc(at: (f64, f64), radius: f64, elevation: f64, noise: Option<DiscNoise>) -> Node {
-        Node::Disc { centre: DVec3::new(at.0, at.1, elevation), radius, weight: 1.6, noise }
+        Disc { centre: DVec3::new(at.0, at.1, elevation), radius, weight: 1.6, noise }.into()
     }
 
     /// A plain with a smooth and a ridged hill and a river, terrain on all of [0, 64]² metres.
@@ -197,7 +199,7 @@ pub(crate) mod tests {
         .map(|node| tree.push(node));
         let a = tree.push(Node::Blend(parts.to_vec()));
         let knot = |distance, height| Knot { distance, height, slope: 0.0 };
-        let b = tree.push(Node::Curve {
+        let b = tree.push(Curve {
             points: vec![DVec3::new(-10.0, 50.0, 9.0), DVec3::new(30.0, 30.0, 8.0), DVec3::new(70.0, 20.0, 6.0)],
             radius: 12.0,
             weight: 1.0,

@@ -1,7 +1,8 @@
 //! Replacement (Génevaux 2015 §5.2): f = (1−α_B)·f_A + α_B·f_B, with α_B clamped to [0, 1].
 
 use super::{
-    BlendRule, Combine, Fate, Part, Pruned, WeightRule, blend, both_needed, carried, clean, hull, on_support, squared_weight,
+    BlendRule, Combine, Fate, Part, Pruned, WeightRule, blend, both_needed, carried, clean, hull, on_support,
+    squared_weight,
 };
 use crate::bounds::{Bounds, Region, plus_up, times_up};
 use crate::interval::Interval;
