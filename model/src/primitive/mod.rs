@@ -5,6 +5,8 @@
 pub mod curve;
 pub mod disc;
 pub mod image;
+mod raster;
+mod spline;
 
 use crate::bounds::{Bounds, Region};
 use crate::interval::Interval;

@@ -96,8 +96,17 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
             let (w, h) = (20 + random.below(30) as usize, 20 + random.below(30) as usize);
             let samples = (0..w * h).map(|_| random.range(0.0, 30.0) as f32).collect();
             let spacing = DVec2::new(random.range(5.0, 15.0), random.range(5.0, 15.0));
+            let holes = match random.below(3) {
+                0 => (0..w * h).map(|k| k / w == 6 && (3..8).contains(&(k % w))).collect(),
+                _ => vec![false; w * h],
+            };
+            let weights = (random.below(3) == 0).then(|| {
+                let weights = (0..9 * 7).map(|_| random.range(0.0, 1.4) as f32).collect();
+                Arc::new(Image::new(9, 7, weights).expect("a valid image"))
+            });
             ImagePatch {
-                image: Arc::new(Image::new(w, h, samples).expect("a valid image")),
+                image: Arc::new(Image::with_holes(w, h, samples, holes).expect("a valid image")),
+                weights,
                 origin: c,
                 spacing,
                 margin: 0.4 * (spacing * DVec2::new(w as f64 - 1.0, h as f64 - 1.0) * 0.5).min_element(),
