@@ -220,7 +220,7 @@ fn wrap(whole: f64) -> i32 {
 
 /// 1 inside, 0 from the border on, C¹ in between: Wyvill's falloff of what is left of the margin.
 #[inline(always)]
-fn edge<R: Real>(distance: R, inverse_margin: R) -> R {
+pub(super) fn edge<R: Real>(distance: R, inverse_margin: R) -> R {
     let t = (distance * inverse_margin).clamp01();
     wyvill((R::one() - t).square())
 }

@@ -5,8 +5,10 @@
 pub mod curve;
 pub mod disc;
 pub mod image;
+pub mod quad;
 mod raster;
 mod spline;
+pub mod strip;
 
 use crate::bounds::{Bounds, Region};
 use crate::interval::Interval;
@@ -114,6 +116,10 @@ macro_rules! for_each_primitive {
             Curve curve Curve,
             /// Image on an axis-aligned rectangle.
             Image image ImagePatch,
+            /// Image on a convex quadrangle.
+            Quad quad Quad,
+            /// Images along a curve.
+            Strip strip Strip,
         }
     };
 }

@@ -9,6 +9,8 @@ use terrain_model::primitive::Primitive;
 use terrain_model::primitive::curve::Curve;
 use terrain_model::primitive::disc::{Disc, DiscNoise};
 use terrain_model::primitive::image::{Image, ImagePatch};
+use terrain_model::primitive::quad::{Quad, Spread};
+use terrain_model::primitive::strip::Strip;
 use terrain_model::profile::Knot;
 use terrain_model::tree::{Node, NodeId, Tree};
 
@@ -38,9 +40,27 @@ impl Random {
 /// Half the side of the square in which random trees live, metres.
 pub const HALF: f64 = 500.0;
 
+/// An image spread over quadrangles.
+fn spread(random: &mut Random) -> Spread {
+    let (w, h) = (4 + random.below(10) as usize, 4 + random.below(10) as usize);
+    let samples = (0..w * h).map(|_| random.range(0.0, 30.0) as f32).collect();
+    let weights = (random.below(3) == 0).then(|| {
+        let weights = (0..5 * 6).map(|_| random.range(0.0, 1.4) as f32).collect();
+        Arc::new(Image::new(5, 6, weights).expect("a valid image"))
+    });
+    Spread {
+        image: Arc::new(Image::new(w, h, samples).expect("a valid image")),
+        weights,
+        weight: random.range(0.6, 1.2),
+        margin: [random.range(0.1, 0.5), random.range(0.1, 0.5)],
+        elevation_scale: random.range(0.5, 1.5),
+        elevation_offset: random.range(-20.0, 20.0),
+    }
+}
+
 fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
     let c = random.point(HALF);
-    let node: Primitive = match random.below(6) {
+    let node: Primitive = match random.below(8) {
         0 => Disc {
             centre: DVec3::new(c.x, c.y, random.range(-50.0, 100.0)),
             radius: random.range(50.0, 600.0),
@@ -91,6 +111,24 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
                 ],
             }
             .into()
+        }
+        5 => {
+            let turn = DVec2::from_angle(random.range(-3.0, 3.0)) * random.range(100.0, 300.0);
+            let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(DVec2::from);
+            let corners = square.map(|corner| c + turn.rotate(corner + random.point(0.2)));
+            Quad { spread: spread(random), corners }.into()
+        }
+        6 => {
+            let mut at = c;
+            let mut ahead = DVec2::from_angle(random.range(-3.0, 3.0));
+            let points: Vec<DVec2> = (0..2 + random.below(4))
+                .map(|_| {
+                    at += ahead * random.range(90.0, 160.0);
+                    ahead = ahead.rotate(DVec2::from_angle(random.range(-0.5, 0.5)));
+                    at
+                })
+                .collect();
+            Strip { spread: spread(random), sections: Strip::sections_along(&points, random.range(30.0, 80.0)) }.into()
         }
         _ => {
             let (w, h) = (20 + random.below(30) as usize, 20 + random.below(30) as usize);
