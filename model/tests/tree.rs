@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{HALF, Random, random_tree};
+use common::{HALF, Random, random_focus, random_tree};
 use glam::DVec2;
 use terrain_model::bounds::{Bounds, Region, THRESHOLD};
 use terrain_model::dual::Dual;
@@ -13,7 +13,8 @@ use terrain_model::rounding::Rounded;
 fn programs(from: u64, count: u64) -> impl Iterator<Item = (u64, Program)> {
     (from..from + count).map(|seed| {
         let (tree, root) = random_tree(seed);
-        (seed, Program::compile(&tree, root).expect("a random tree compiles"))
+        let program = Program::compile(&tree, root).expect("a random tree compiles");
+        (seed, program.with_focus(random_focus(seed).as_ref()))
     })
 }
 

@@ -5,11 +5,15 @@
 pub mod add;
 pub mod affine;
 pub mod blend;
+pub mod lod;
+pub mod masked;
 pub mod replace;
+pub mod warp;
 
 pub use blend::BlendRule;
 
 use crate::bounds::{Bounds, Region, times_up};
+use crate::detail::{Focus, FocusSlot};
 use crate::interval::Interval;
 use crate::primitive::{Extent, Number, Parameters};
 use crate::program::TileLayout;
@@ -78,6 +82,15 @@ pub trait Combine: Copy {
     fn prune(&self, p: Parameters<f64>, region: &Region, parts: &[Part], fates: &mut [Fate]) -> Pruned<Self>;
     /// A box that holds the support.
     fn support(&self, parts: &[Option<Extent>]) -> Option<Extent>;
+    /// Where the parameters of the focus stand, if it depends on the level of detail.
+    fn focus(&self) -> Option<FocusSlot> {
+        None
+    }
+    /// The same operator with its parameters from `at` on; asked of those with a focus alone.
+    #[must_use]
+    fn stored_at(self, _at: u32) -> Self {
+        self
+    }
     /// The same operator relative to `origin`, with its parameters stored in the tile.
     #[must_use]
     fn rebase(&self, _p: Parameters<f64>, _origin: DVec2, _tile: &mut TileLayout) -> Self {
@@ -99,6 +112,8 @@ pub trait Frame: Copy {
     fn leave_bounds(&self, p: Parameters<f64>, region: &Region, b: Bounds) -> Bounds;
     /// A box that holds what the operand's box is carried to.
     fn support(&self, p: Parameters<f64>, inner: Extent) -> Option<Extent>;
+    /// The focus as the operand's frame sees it.
+    fn focus(&self, p: Parameters<f64>, focus: Focus) -> Focus;
     /// The same map from a tile's origin to the origin of the operand's own frame, which is returned.
     #[must_use]
     fn rebase(&self, p: Parameters<f64>, origin: DVec2, tile: &mut TileLayout) -> (Self, DVec2);
@@ -139,6 +154,12 @@ macro_rules! combines {
             fn support(&self, parts: &[Option<Extent>]) -> Option<Extent> {
                 match self { $(Operator::$name(code) => code.support(parts),)* }
             }
+            fn focus(&self) -> Option<FocusSlot> {
+                match self { $(Operator::$name(code) => code.focus(),)* }
+            }
+            fn stored_at(self, at: u32) -> Operator {
+                match self { $(Operator::$name(code) => Operator::$name(code.stored_at(at)),)* }
+            }
             fn rebase(&self, p: Parameters<f64>, origin: DVec2, tile: &mut TileLayout) -> Operator {
                 match self { $(Operator::$name(code) => Operator::$name(code.rebase(p, origin, tile)),)* }
             }
@@ -152,6 +173,10 @@ combines! {
     Replace(replace::Code),
     /// Addition of the second operand to the first.
     Add(add::Code),
+    /// The first operand far from the focus, the second near it.
+    Lod(lod::Code),
+    /// The last operand where the first is low and gentle.
+    Masked(masked::Code),
 }
 
 macro_rules! frames {
@@ -184,6 +209,9 @@ macro_rules! frames {
             fn support(&self, p: Parameters<f64>, inner: Extent) -> Option<Extent> {
                 match self { $(Map::$name(code) => code.support(p, inner),)* }
             }
+            fn focus(&self, p: Parameters<f64>, focus: Focus) -> Focus {
+                match self { $(Map::$name(code) => code.focus(p, focus),)* }
+            }
             fn rebase(&self, p: Parameters<f64>, origin: DVec2, tile: &mut TileLayout) -> (Map, DVec2) {
                 match self {
                     $(Map::$name(code) => {
@@ -198,6 +226,8 @@ macro_rules! frames {
 frames! {
     /// Scale, rotation and translation.
     Affine(affine::Code),
+    /// Compact displacements.
+    Warp(warp::Code),
 }
 
 /// t·f with t the weight clamped to [0, 1] (claims G24). An enclosure also has it as α·f / max(α, 1), which stays

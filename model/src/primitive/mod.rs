@@ -3,6 +3,7 @@
 //! `for_each_primitive!`.
 
 pub mod curve;
+pub mod detail_disc;
 pub mod disc;
 pub mod image;
 pub mod quad;
@@ -11,6 +12,7 @@ mod spline;
 pub mod strip;
 
 use crate::bounds::{Bounds, Region};
+use crate::detail::FocusSlot;
 use crate::interval::Interval;
 use crate::noise::{Bounds as NoiseBounds, NoiseValue, Octave};
 use crate::program::{Layout, TileLayout};
@@ -101,6 +103,24 @@ pub trait Leaf: Copy {
     fn weight_only(self) -> Self {
         self
     }
+    /// The same primitive on a box: what contributes exactly 0 there is left out.
+    #[must_use]
+    fn pruned(self, _p: Parameters<f64>, _region: &Region) -> Self {
+        self
+    }
+    /// How many octaves of noise an evaluation may visit.
+    fn octaves(&self) -> usize {
+        0
+    }
+    /// Where the parameters of the focus stand, if it depends on the level of detail.
+    fn focus(&self) -> Option<FocusSlot> {
+        None
+    }
+    /// The same primitive with its parameters from `at` on; asked of those with a focus alone.
+    #[must_use]
+    fn stored_at(self, _at: u32) -> Self {
+        self
+    }
     /// The same primitive relative to `origin`, with its parameters stored in the tile.
     #[must_use]
     fn rebase(&self, p: Parameters<f64>, tables: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Self;
@@ -112,6 +132,8 @@ macro_rules! for_each_primitive {
         $then! {
             /// Disc around a centre, constant or with noise.
             Disc disc Disc,
+            /// Disc whose octaves appear with the level of detail.
+            DetailDisc detail_disc DetailDisc,
             /// Polyline with a cross-section.
             Curve curve Curve,
             /// Image on an axis-aligned rectangle.
@@ -177,6 +199,18 @@ macro_rules! define {
             }
             fn weight_only(self) -> Code {
                 match self { $(Code::$name(code) => Code::$name(code.weight_only()),)* }
+            }
+            fn pruned(self, p: Parameters<f64>, region: &Region) -> Code {
+                match self { $(Code::$name(code) => Code::$name(code.pruned(p, region)),)* }
+            }
+            fn octaves(&self) -> usize {
+                match self { $(Code::$name(code) => code.octaves(),)* }
+            }
+            fn focus(&self) -> Option<FocusSlot> {
+                match self { $(Code::$name(code) => code.focus(),)* }
+            }
+            fn stored_at(self, at: u32) -> Code {
+                match self { $(Code::$name(code) => Code::$name(code.stored_at(at)),)* }
             }
             fn rebase(&self, p: Parameters<f64>, tables: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Code {
                 match self { $(Code::$name(code) => Code::$name(code.rebase(p, tables, origin, tile)),)* }

@@ -3,6 +3,7 @@
 mod batch;
 mod bounds;
 mod compile;
+mod focus;
 mod layout;
 mod prune;
 mod run;
