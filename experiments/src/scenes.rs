@@ -15,6 +15,13 @@ pub const BUILTIN: &str = "builtin:";
 const SCENES: &[(&str, &str)] = &[
     ("demo", include_str!("../scenes/demo.ron")),
     ("fig3", include_str!("../scenes/fig3.ron")),
+    ("fig8_quad", include_str!("../scenes/fig8_quad.ron")),
+    ("fig9_strip", include_str!("../scenes/fig9_strip.ron")),
+    ("fig12_craters", include_str!("../scenes/fig12_craters.ron")),
+    ("fig13_dunes", include_str!("../scenes/fig13_dunes.ron")),
+    ("fig14_warp", include_str!("../scenes/fig14_warp.ron")),
+    ("fig15_instances", include_str!("../scenes/fig15_instances.ron")),
+    ("fig16_lod", include_str!("../scenes/fig16_lod.ron")),
     ("fig19", include_str!("../scenes/fig19.ron")),
 ];
 

@@ -98,6 +98,9 @@ impl Frame for Code {
         let size = corners.iter().fold(0.0f64, |s, c| s.max(c.length()));
         around(corners, 1e-9 * size)
     }
+    fn error(&self, p: Parameters<f64>, error: f64) -> f64 {
+        times_up(error, p.0[6].abs())
+    }
     /// Distances in the operand's frame are those of the world over the scale.
     fn focus(&self, p: Parameters<f64>, focus: Focus) -> Focus {
         let shrink = (p.0[0] * p.0[0] + p.0[2] * p.0[2]).sqrt();

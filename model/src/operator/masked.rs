@@ -54,7 +54,8 @@ pub struct Mask {
 impl Mask {
     pub(crate) fn compile(&self, out: &mut Layout) -> Result<Code, String> {
         let sound = |ramp: &Ramp| ramp.full.is_finite() && ramp.none.is_finite() && ramp.full != ramp.none;
-        if !(self.probe > 0.0 && self.probe.is_finite()) || !self.elevation.iter().chain(&self.slope).all(sound) {
+        let ramps = self.elevation.iter().chain(&self.slope);
+        if !(self.probe > 0.0 && self.probe.is_finite() && ramps.clone().all(sound)) {
             return Err("a masked node needs a positive probe, and ramps whose `full` and `none` differ".to_owned());
         }
         // t = (x − none) / (full − none), or 1 without a ramp.
@@ -154,6 +155,22 @@ impl Combine for Code {
             return Pruned { code: None, result: parts[0] };
         }
         Pruned { code: Some(*self), result: parts[0] }
+    }
+    /// The errors of both, and what the mask's own change moves: Δm ≤ 3/2·grade·e₀ + 3/2·grade·‖(e₁ + e₂, e₃ + e₄)‖/2ρ,
+    /// times sup |f_B| or M.
+    fn error(&self, p: Parameters<f64>, parts: &[Bounds], errors: &[f64]) -> f64 {
+        if errors.iter().all(|e| *e == 0.0) {
+            return 0.0;
+        }
+        let half = |k: usize| Interval::point(times_up(plus_up(errors[k], errors[k + 1]), p.0[0]));
+        let turned = Interval::length(half(1), half(3)).hi();
+        let change = plus_up(times_up(p.0[1].abs(), errors[0]), times_up(p.0[3].abs(), turned));
+        let moved = times_up(parts[5].weight.hi().clamp(0.0, 1.0), times_up(1.5, change).min(1.0));
+        let (own, size) = match self.joining {
+            Joining::Add => (plus_up(errors[0], errors[5]), parts[5].elevation.magnitude()),
+            Joining::Replace => (errors[0].max(errors[5]), Bounds::spread(parts[0].elevation, parts[5].elevation)),
+        };
+        plus_up(own, times_up(moved, size))
     }
     fn support(&self, parts: &[Option<Extent>]) -> Option<Extent> {
         parts[0]

@@ -82,6 +82,11 @@ pub trait Combine: Copy {
     fn prune(&self, p: Parameters<f64>, region: &Region, parts: &[Part], fates: &mut [Fate]) -> Pruned<Self>;
     /// A box that holds the support.
     fn support(&self, parts: &[Option<Extent>]) -> Option<Extent>;
+    /// How far the elevation may be off where those of the operands are off by `errors`, metres; `parts` are the bounds of
+    /// the operands as they were. Most operators take a mean.
+    fn error(&self, _p: Parameters<f64>, _parts: &[Bounds], errors: &[f64]) -> f64 {
+        errors.iter().fold(0.0, |worst: f64, e| worst.max(*e))
+    }
     /// Where the parameters of the focus stand, if it depends on the level of detail.
     fn focus(&self) -> Option<FocusSlot> {
         None
@@ -112,6 +117,10 @@ pub trait Frame: Copy {
     fn leave_bounds(&self, p: Parameters<f64>, region: &Region, b: Bounds) -> Bounds;
     /// A box that holds what the operand's box is carried to.
     fn support(&self, p: Parameters<f64>, inner: Extent) -> Option<Extent>;
+    /// How far the elevation may be off where that of the operand is off by `error`, metres.
+    fn error(&self, _p: Parameters<f64>, error: f64) -> f64 {
+        error
+    }
     /// The focus as the operand's frame sees it.
     fn focus(&self, p: Parameters<f64>, focus: Focus) -> Focus;
     /// The same map from a tile's origin to the origin of the operand's own frame, which is returned.
@@ -153,6 +162,9 @@ macro_rules! combines {
             }
             fn support(&self, parts: &[Option<Extent>]) -> Option<Extent> {
                 match self { $(Operator::$name(code) => code.support(parts),)* }
+            }
+            fn error(&self, p: Parameters<f64>, parts: &[Bounds], errors: &[f64]) -> f64 {
+                match self { $(Operator::$name(code) => code.error(p, parts, errors),)* }
             }
             fn focus(&self) -> Option<FocusSlot> {
                 match self { $(Operator::$name(code) => code.focus(),)* }
@@ -208,6 +220,9 @@ macro_rules! frames {
             }
             fn support(&self, p: Parameters<f64>, inner: Extent) -> Option<Extent> {
                 match self { $(Map::$name(code) => code.support(p, inner),)* }
+            }
+            fn error(&self, p: Parameters<f64>, error: f64) -> f64 {
+                match self { $(Map::$name(code) => code.error(p, error),)* }
             }
             fn focus(&self, p: Parameters<f64>, focus: Focus) -> Focus {
                 match self { $(Map::$name(code) => code.focus(p, focus),)* }

@@ -266,19 +266,20 @@ mod tests {
     fn control(centre: [f64; 2], radius: f64, shift: [f64; 2]) -> Control {
         Control { centre: DVec2::from(centre), radius, shift: DVec2::from(shift) }
     }
-    fn warp() -> Warp {
+    /// Certified once: it takes a while.
+    static WARP: std::sync::LazyLock<Warp> = std::sync::LazyLock::new(|| {
         let controls = [
             control([0.0, 0.0], 300.0, [90.0, 40.0]),
             control([150.0, 100.0], 200.0, [-30.0, 50.0]),
             control([-200.0, 50.0], 250.0, [20.0, -60.0]),
         ];
         Warp::new(&controls).expect("it does not fold")
-    }
+    });
 
     proptest! {
         #[test]
         fn the_inverse_undoes_the_map(x in -500.0f64..500.0, y in -500.0f64..500.0) {
-            let warp = warp();
+            let warp = &*WARP;
             let q = DVec2::new(x, y);
             let p = warp.target(q, 1e-9).expect("it converges");
             prop_assert!(warp.source(p).distance(q) < 1e-9);
@@ -291,7 +292,7 @@ mod tests {
 
         #[test]
         fn the_jacobian_is_that_of_differences_and_within_its_bound(x in -500.0f64..500.0, y in -500.0f64..500.0, w in 0.0f64..100.0) {
-            let warp = warp();
+            let warp = &*WARP;
             let p = DVec2::new(x, y);
             let j = warp.jacobian(p);
             let e = 1e-4;
@@ -328,7 +329,7 @@ mod tests {
         let noise = DiscNoise { combination: Combination::Sum, octaves, seed: 5 };
         let mut tree = Tree::new();
         let node = tree.push(Disc { centre: DVec3::ZERO, radius: 900.0, weight: 1.0, noise: Some(noise) });
-        let warp = warp();
+        let warp = &*WARP;
         let root = tree.push(Node::Warp { node, warp: warp.clone() });
         let (bare, warped) =
             (Program::compile(&tree, node).expect("compiles"), Program::compile(&tree, root).expect("compiles"));

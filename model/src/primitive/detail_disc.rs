@@ -3,11 +3,11 @@
 
 use super::disc::{self, Disc, DiscNoise, local};
 use super::{Authored, Extent, Leaf, Number, Parameters, Tables, around};
-use crate::bounds::{Bounds, Region};
+use crate::bounds::{Bounds, Region, plus_up, times_up};
 use crate::detail::{self, FocusSlot};
 use crate::dual::Dual;
 use crate::interval::Interval;
-use crate::noise::{Combination, GRADIENT2_RANGE, GRADIENT2_SLOPE, Octave};
+use crate::noise::{Bounds as NoiseBounds, Combination, GRADIENT2_RANGE, GRADIENT2_SLOPE, Octave};
 use crate::program::{Layout, TileLayout};
 use crate::real::{Mask, Operand, Real};
 use crate::scene::{Finite, Scope};
@@ -199,6 +199,31 @@ impl Leaf for Code {
         // Filters are sorted: once one is 0 on the box, so are those that follow.
         let left = (0..self.octaves).take_while(|k| kappa.hi() > p.0[FILTERS + 2 * *k as usize]).count();
         Code { octaves: left as u32, ..self }
+    }
+    /// A term is at most a·sup b·sup|η| high and a·(sup b·f·λ_η + sup|η|·λ_b·λ_κ) steep.
+    fn simplified(
+        self,
+        p: Parameters<f64>,
+        tables: Tables<'_>,
+        region: &Region,
+        slope: f64,
+        _: &mut Vec<NoiseBounds>,
+    ) -> (Code, f64) {
+        let octaves = self.octaves(tables);
+        let (kappa, kappa_slope) = detail::kappa_bounds(p.from(FOCUS), region);
+        let along = Dual::<Interval, 1> { value: kappa, slope: [Interval::symmetric(kappa_slope)] };
+        let term = |k: usize| {
+            let b = detail::filter(along, p.get(FILTERS + 2 * k), p.get(FILTERS + 2 * k + 1));
+            let Octave { amplitude, frequency, .. } = octaves[k];
+            let (size, share) = (amplitude.abs(), b.value.hi().clamp(0.0, 1.0));
+            let steep = plus_up(
+                times_up(share, times_up(frequency, GRADIENT2_SLOPE)),
+                times_up(GRADIENT2_RANGE, b.slope[0].magnitude()),
+            );
+            (times_up(times_up(size, share), GRADIENT2_RANGE), times_up(size, steep))
+        };
+        let (left, error) = disc::trailing(octaves.len(), slope, term);
+        (Code { octaves: left as u32, ..self }, error)
     }
     fn octaves(&self) -> usize {
         self.octaves as usize

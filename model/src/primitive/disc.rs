@@ -1,11 +1,11 @@
 //! Disc primitive (Génevaux 2015 §4.1, Fig. 5): a centre, a radius, and an elevation that is constant or a noise.
 
 use super::{Authored, Extent, Leaf, Number, Parameters, Tables, around};
-use crate::bounds::{Bounds, Region};
+use crate::bounds::{Bounds, Region, plus_up, times_up};
 use crate::dual::Dual;
 use crate::falloff::{WYVILL_SLOPE, wyvill};
 use crate::interval::Interval;
-use crate::noise::{Combination, GRADIENT2_RANGE, GRADIENT2_SLOPE, NoiseValue, Octave, Octaves};
+use crate::noise::{Bounds as NoiseBounds, Combination, GRADIENT2_RANGE, GRADIENT2_SLOPE, NoiseValue, Octave, Octaves};
 use crate::program::{Layout, TileLayout};
 use crate::real::{Mask, Operand, Real};
 use crate::scene::{Finite, Point, Positive, Scope, one};
@@ -200,6 +200,32 @@ impl Leaf for Code {
     fn weight_only(self) -> Code {
         Code { noise: None, ..self }
     }
+    /// A term of a sum or of turbulence is at most a·sup|η| high and a·f·λ_η steep; products of octaves stay whole.
+    fn simplified(
+        self,
+        _: Parameters<f64>,
+        tables: Tables<'_>,
+        _: &Region,
+        slope: f64,
+        noises: &mut Vec<NoiseBounds>,
+    ) -> (Code, f64) {
+        let sums = |noise: &Noise| matches!(noise.combination, Combination::Sum | Combination::Turbulence);
+        let Some(noise) = self.noise.filter(sums) else { return (self, 0.0) };
+        let octaves = noise.octaves(tables);
+        let term = |k: usize| {
+            let Octave { amplitude, frequency, .. } = octaves[k];
+            let height = times_up(amplitude.abs(), GRADIENT2_RANGE);
+            (height, times_up(times_up(amplitude.abs(), frequency), GRADIENT2_SLOPE))
+        };
+        let (left, error) = trailing(octaves.len(), slope, term);
+        if left == octaves.len() {
+            return (self, 0.0);
+        }
+        let bounds = noises.len() as u32;
+        noises.push(noise.combination.placed_bounds(&octaves[..left]));
+        let noise = (left > 0).then_some(Noise { octaves: left as u32, bounds, ..noise });
+        (Code { noise, ..self }, error)
+    }
     fn octaves(&self) -> usize {
         self.noise.map_or(0, |noise| noise.octaves as usize)
     }
@@ -228,6 +254,22 @@ fn local_noise(
     width: f64,
 ) -> Dual<Interval, 2> {
     combination.combine(octaves, |octave| local(octave, x, width))
+}
+
+/// How many of `count` octaves are left when the last leave while together they are no steeper than `slope`, and how high
+/// those that leave are together; `term` gives height and slope of one, metres.
+pub(super) fn trailing(count: usize, slope: f64, term: impl Fn(usize) -> (f64, f64)) -> (usize, f64) {
+    let (mut left, mut height, mut steep) = (count, 0.0, 0.0);
+    while left > 0 {
+        let (h, s) = term(left - 1);
+        steep = plus_up(steep, s);
+        if steep > slope {
+            break;
+        }
+        height = plus_up(height, h);
+        left -= 1;
+    }
+    (left, height)
 }
 
 /// One octave over a region `width` metres wide.

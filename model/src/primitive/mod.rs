@@ -108,6 +108,19 @@ pub trait Leaf: Copy {
     fn pruned(self, _p: Parameters<f64>, _region: &Region) -> Self {
         self
     }
+    /// A cheaper primitive for a box, with how far its elevation may be off, metres: octaves that together are no steeper
+    /// than `slope` may leave. Bounds of the noise that is left are added to the table.
+    #[must_use]
+    fn simplified(
+        self,
+        _p: Parameters<f64>,
+        _tables: Tables<'_>,
+        _region: &Region,
+        _slope: f64,
+        _noises: &mut Vec<NoiseBounds>,
+    ) -> (Self, f64) {
+        (self, 0.0)
+    }
     /// How many octaves of noise an evaluation may visit.
     fn octaves(&self) -> usize {
         0
@@ -202,6 +215,21 @@ macro_rules! define {
             }
             fn pruned(self, p: Parameters<f64>, region: &Region) -> Code {
                 match self { $(Code::$name(code) => Code::$name(code.pruned(p, region)),)* }
+            }
+            fn simplified(
+                self,
+                p: Parameters<f64>,
+                tables: Tables<'_>,
+                region: &Region,
+                slope: f64,
+                noises: &mut Vec<NoiseBounds>,
+            ) -> (Code, f64) {
+                match self {
+                    $(Code::$name(code) => {
+                        let (code, error) = code.simplified(p, tables, region, slope, noises);
+                        (Code::$name(code), error)
+                    })*
+                }
             }
             fn octaves(&self) -> usize {
                 match self { $(Code::$name(code) => code.octaves(),)* }

@@ -130,11 +130,8 @@ fn cross<R: Real>(a: [R; 2], b: [R; 2]) -> R {
 pub(super) fn chain(spread: &Spread, sections: &[Section], out: &mut Layout) -> Result<Code, String> {
     let Spread { image, weights, weight, margin, elevation_scale, elevation_offset } = spread;
     let finite = sections.iter().all(|s| s.left.is_finite() && s.right.is_finite());
-    if !finite
-        || !(*weight > 0.0 && weight.is_finite())
-        || !elevation_scale.is_finite()
-        || !elevation_offset.is_finite()
-    {
+    let finite = finite && weight.is_finite() && elevation_scale.is_finite() && elevation_offset.is_finite();
+    if !(finite && *weight > 0.0) {
         return Err("a mapped image needs finite corners and elevations and a positive weight".to_owned());
     }
     if !margin.iter().all(|m| *m > 0.0 && *m <= 0.5) {

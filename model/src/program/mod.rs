@@ -7,6 +7,7 @@ mod focus;
 mod layout;
 mod prune;
 mod run;
+mod simplify;
 mod tile;
 
 pub use batch::{Baked, BatchEvaluator, WIDTH};
