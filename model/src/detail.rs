@@ -38,7 +38,7 @@ pub struct FocusSlot {
     pub count: usize,
 }
 
-/// How many parameters [`parameters`] are.
+/// How many parameters a focus is.
 pub const WIDTH: usize = 4;
 
 /// Position x and y, near, 1/(far − near); the last is 0 without a focus.
@@ -138,7 +138,7 @@ mod tests {
             let at = [Dual::<f64, 2>::variable((x + s * w).min(x + w), 0), Dual::variable((y + t * w).min(y + w), 1)];
             let k = kappa(Parameters(&p), at);
             prop_assert!(range.contains(k.value) && (0.0..=1.0).contains(&k.value));
-            prop_assert!(k.slope[0].hypot(k.slope[1]) <= slope * (1.0 + 1e-12));
+            prop_assert!(f64::length(k.slope[0], k.slope[1]) <= slope * (1.0 + 1e-12));
         }
     }
 
