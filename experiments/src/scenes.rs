@@ -15,6 +15,13 @@ pub const BUILTIN: &str = "builtin:";
 const SCENES: &[(&str, &str)] = &[
     ("demo", include_str!("../scenes/demo.ron")),
     ("fig3", include_str!("../scenes/fig3.ron")),
+    ("fig8_quad", include_str!("../scenes/fig8_quad.ron")),
+    ("fig9_strip", include_str!("../scenes/fig9_strip.ron")),
+    ("fig12_craters", include_str!("../scenes/fig12_craters.ron")),
+    ("fig13_dunes", include_str!("../scenes/fig13_dunes.ron")),
+    ("fig14_warp", include_str!("../scenes/fig14_warp.ron")),
+    ("fig15_instances", include_str!("../scenes/fig15_instances.ron")),
+    ("fig16_lod", include_str!("../scenes/fig16_lod.ron")),
     ("fig19", include_str!("../scenes/fig19.ron")),
 ];
 
@@ -85,7 +92,7 @@ fn known() -> String {
 /// Loads `builtin:NAME`, or a scene file with its images, whose relative names start at the scene's folder.
 ///
 /// # Errors
-/// [`SceneFileError`]: no such scene or file, not a scene, an image that cannot be read, is not in metres or has holes.
+/// [`SceneFileError`]: no such scene or file, not a scene, an image that cannot be read, is not in metres or says nothing.
 pub fn load(path_or_builtin: &str) -> Result<Scene, SceneFileError> {
     if let Some(name) = path_or_builtin.strip_prefix(BUILTIN) {
         return builtin(name);
@@ -140,7 +147,7 @@ pub fn located(file: &str, text: &str, error: SceneError) -> SceneFileError {
     }
 }
 
-/// A raster as an image of a scene: it must be in metres and without holes.
+/// A raster as an image of a scene: it must be in metres. Where it is unknown the image has no weight.
 fn placed(name: &str, grid: Grid<f32>) -> Result<PlacedImage, String> {
     if grid.crs().is_some_and(terrain_model::grid::Crs::is_geographic) {
         return Err(format!(
@@ -152,19 +159,14 @@ fn placed(name: &str, grid: Grid<f32>) -> Result<PlacedImage, String> {
             "{name}: coordinates in another unit than metres; expected metres; reproject it with `gdalwarp -t_srs`"
         ));
     }
-    if let Some((i, j, position, _)) = grid.positions().find(|(_, _, _, value)| grid.is_no_data(*value)) {
-        return Err(format!(
-            "{name}: {} of {} samples are no-data, the first at column {i}, row {j} from the south ({}, {}); expected an \
-             elevation at each; fill them with `gdal_fillnodata.py {name} OUT`, or cut the raster to what is known",
-            grid.no_data_count(),
-            grid.values().len(),
-            position.x,
-            position.y,
-        ));
-    }
     let (origin, spacing, width, height) = (grid.origin(), grid.spacing(), grid.width(), grid.height());
-    let image = Image::new(width, height, grid.into_values())
-        .ok_or_else(|| format!("{name}: {width} × {height} samples; expected at least 2 × 2 finite elevations"))?;
+    let holes: Vec<bool> = grid.values().iter().map(|value| grid.is_no_data(*value) || value.is_nan()).collect();
+    let known = holes.iter().filter(|hole| !**hole).count();
+    let image = Image::with_holes(width, height, grid.into_values(), holes).ok_or_else(|| {
+        format!(
+            "{name}: {width} × {height} samples, {known} known; expected at least 2 × 2 finite elevations, one known"
+        )
+    })?;
     Ok(PlacedImage { image: Arc::new(image), origin, spacing })
 }
 

@@ -233,14 +233,32 @@ fn convert_makes_degrees_metric_and_a_scene_refuses_degrees_until_then() {
 }
 
 #[test]
-fn an_image_with_holes_is_refused_with_a_mend() {
+fn an_image_with_holes_has_no_weight_there_and_one_that_says_nothing_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let header = "ncols 3\nnrows 2\nxllcenter 1000\nyllcenter 2000\ncellsize 10\nNODATA_value -9999\n";
-    std::fs::write(folder.path().join("holes.asc"), format!("{header}1 2 3\n4 -9999 6\n")).unwrap();
+    let header = "ncols 12\nnrows 12\nxllcenter 1000\nyllcenter 2000\ncellsize 10\nNODATA_value -9999\n";
+    let raster = |hole: &str| {
+        let row = |first: &str| format!("{first} {}\n", ["7"; 11].join(" "));
+        format!("{header}{}{}", row("7").repeat(11), row(hole))
+    };
     let scene = folder.path().join("scene.ron");
-    std::fs::write(&scene, disc("image(file: \"holes.asc\", margin: 5),")).unwrap();
+    let alone = "(format: \"terrain-scene/1\", layers: { \"ground\": image(file: \"holes.asc\", margin: 20) })";
+    std::fs::write(&scene, alone).unwrap();
+    let weight_at = |place: &str| {
+        let line: Value = serde_json::from_str(&ok(&["eval", text(&scene), "--at", place])).unwrap();
+        line["weight"].as_f64().unwrap()
+    };
+    std::fs::write(folder.path().join("holes.asc"), raster("7")).unwrap();
+    assert!(weight_at("1015,2015") > 0.5 && weight_at("1060,2060") > 0.99);
+    // The sample at (1000, 2000) becomes unknown: the cells that touch it have no weight, those far off keep theirs.
+    std::fs::write(folder.path().join("holes.asc"), raster("-9999")).unwrap();
+    assert!(weight_at("1015,2015") == 0.0 && weight_at("1060,2060") > 0.99);
+    let nothing = format!(
+        "ncols 3\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 10\nNODATA_value -9999\n{}",
+        "-9999 -9999 -9999\n".repeat(2)
+    );
+    std::fs::write(folder.path().join("holes.asc"), nothing).unwrap();
     let error = fails(1, &["eval", text(&scene), "--at", "0,0"]);
-    one_line(&error, &["holes.asc", "1 of 6 samples", "column 1, row 0", "gdal_fillnodata"]);
+    one_line(&error, &["holes.asc", "0 known"]);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 pub mod bounds;
 pub mod certify;
+pub mod detail;
 pub mod dual;
 pub mod falloff;
 pub mod grid;

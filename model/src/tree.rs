@@ -3,6 +3,9 @@
 
 use crate::operator::WeightRule;
 use crate::operator::affine::Similarity;
+use crate::operator::lod::Lod;
+use crate::operator::masked::Mask;
+use crate::operator::warp::Warp;
 use crate::primitive::Primitive;
 
 /// A node of a [`Tree`].
@@ -40,6 +43,31 @@ pub enum Node {
         b: NodeId,
         /// What happens to the weight.
         rule: WeightRule,
+    },
+    /// `a` where the level of detail is low, `b` where it is high.
+    Lod {
+        /// The coarse operand.
+        a: NodeId,
+        /// The fine operand.
+        b: NodeId,
+        /// The thresholds.
+        lod: Lod,
+    },
+    /// `b` joined to `a` where `a` itself is low and gentle enough.
+    Masked {
+        /// The base.
+        a: NodeId,
+        /// What joins it.
+        b: NodeId,
+        /// Where.
+        mask: Mask,
+    },
+    /// A subtree seen through a deformation of the plane.
+    Warp {
+        /// The operand.
+        node: NodeId,
+        /// The deformation.
+        warp: Warp,
     },
     /// A subtree turned, scaled and moved.
     Affine {
@@ -118,8 +146,10 @@ pub fn operands(node: &Node) -> impl Iterator<Item = NodeId> {
     let (list, pair): (&[NodeId], [Option<NodeId>; 2]) = match node {
         Node::Primitive(_) => (&[], [None, None]),
         Node::Blend(list) => (list, [None, None]),
-        Node::Replace { a, b, .. } | Node::Add { a, b, .. } => (&[], [Some(*a), Some(*b)]),
-        Node::Affine { node, .. } => (&[], [Some(*node), None]),
+        Node::Replace { a, b, .. } | Node::Add { a, b, .. } | Node::Lod { a, b, .. } | Node::Masked { a, b, .. } => {
+            (&[], [Some(*a), Some(*b)])
+        }
+        Node::Affine { node, .. } | Node::Warp { node, .. } => (&[], [Some(*node), None]),
     };
     list.iter().copied().chain(pair.into_iter().flatten())
 }

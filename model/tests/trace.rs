@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{HALF, Random, random_tree};
+use common::{HALF, Random, random_focus, random_tree};
 use glam::DVec3;
 use terrain_model::program::Program;
 use terrain_model::trace::certified::{Certified, CertifiedTracer, Effort};
@@ -80,7 +80,8 @@ fn compare(
 
 fn bounded(seed: u64) -> Option<Program> {
     let (tree, root) = random_tree(seed);
-    let program = Program::compile(&tree, root).expect("a random tree compiles");
+    let program =
+        Program::compile(&tree, root).expect("a random tree compiles").with_focus(random_focus(seed).as_ref());
     // Sphere tracing needs a finite slope and somewhere to look.
     (Surface::new(&program).global().slope < 100.0).then_some(program)
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{HALF, Random, random_tree};
+use common::{HALF, Random, random_focus, random_tree};
 use glam::DVec2;
 use terrain_model::bounds::{Bounds, Region, THRESHOLD};
 use terrain_model::dual::Dual;
@@ -13,7 +13,8 @@ use terrain_model::rounding::Rounded;
 fn programs(from: u64, count: u64) -> impl Iterator<Item = (u64, Program)> {
     (from..from + count).map(|seed| {
         let (tree, root) = random_tree(seed);
-        (seed, Program::compile(&tree, root).expect("a random tree compiles"))
+        let program = Program::compile(&tree, root).expect("a random tree compiles");
+        (seed, program.with_focus(random_focus(seed).as_ref()))
     })
 }
 
@@ -139,6 +140,30 @@ fn pruning_to_a_box_changes_no_bit_on_it() {
         }
     }
     assert!(shorter > 500, "{shorter}");
+}
+
+#[test]
+fn simplifying_costs_no_more_than_it_says_and_moves_no_weight() {
+    let (mut shorter, mut control) = (0, 0);
+    for (seed, program) in programs(40_000, 120) {
+        let mut random = Random(seed);
+        let a = random.point(HALF);
+        let b = a + random.point(150.0);
+        let (simple, error) = program.simplify(Region::rectangle(a, b), random.range(0.0, 1.0));
+        shorter += usize::from(simple.octaves() < program.octaves());
+        let mut worst = 0.0f64;
+        for _ in 0..60 {
+            let t = DVec2::new(random.range(0.0, 1.0), random.range(0.0, 1.0));
+            let p = (a + (b - a) * t).clamp(a.min(b), a.max(b));
+            let (x, y) = (program.height(p), simple.height(p));
+            assert_eq!(x.1, y.1, "tree {seed} at {p}");
+            worst = worst.max((x.0 - y.0).abs());
+        }
+        assert!(worst <= error + 1e-9, "tree {seed}: {worst} {error}");
+        // Control: half of the bound would be wrong somewhere.
+        control += usize::from(worst > 0.5 * error && worst > 1e-3);
+    }
+    assert!(shorter > 30 && control > 0, "{shorter} {control}");
 }
 
 #[test]

@@ -41,6 +41,9 @@ impl Combine for Code {
         }
         Pruned { code: Some(*self), result: a }
     }
+    fn error(&self, _: Parameters<f64>, parts: &[Bounds], errors: &[f64]) -> f64 {
+        plus_up(errors[0], times_up(parts[1].weight.hi().clamp(0.0, 1.0), errors[1]))
+    }
     fn support(&self, parts: &[Option<Extent>]) -> Option<Extent> {
         if self.rule == WeightRule::Keep { parts[0] } else { hull(parts[0], parts[1]) }
     }

@@ -3,6 +3,7 @@
 
 use super::Frame;
 use crate::bounds::{Bounds, Region, times_up};
+use crate::detail::Focus;
 use crate::interval::Interval;
 use crate::primitive::{Extent, Number, Parameters, around};
 use crate::program::{Layout, TileLayout};
@@ -97,6 +98,15 @@ impl Frame for Code {
         let size = corners.iter().fold(0.0f64, |s, c| s.max(c.length()));
         around(corners, 1e-9 * size)
     }
+    fn error(&self, p: Parameters<f64>, error: f64) -> f64 {
+        times_up(error, p.0[6].abs())
+    }
+    /// Distances in the operand's frame are those of the world over the scale.
+    fn focus(&self, p: Parameters<f64>, focus: Focus) -> Focus {
+        let shrink = (p.0[0] * p.0[0] + p.0[2] * p.0[2]).sqrt();
+        let position = DVec2::from_array(enter::<f64, f64>(p, focus.position.to_array()));
+        Focus { position, near: focus.near * shrink, far: focus.far * shrink }
+    }
     fn rebase(&self, p: Parameters<f64>, origin: DVec2, tile: &mut TileLayout) -> (Code, DVec2) {
         let inner = enter::<f64, f64>(p, origin.to_array());
         // The operand's own origin moves along: no translation is left.
@@ -146,5 +156,24 @@ fn leave_bounds(p: Parameters<f64>, b: Bounds) -> Bounds {
         support_slope: times_up(b.support_slope, vertical),
         weight_slope: times_up(b.weight_slope, norm),
         weighted_slope: times_up(b.weighted_slope, vertical),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dual::Dual;
+
+    #[test]
+    fn a_gradient_is_carried_back_by_the_transposed_jacobian() {
+        // The shear of claims G27, as a matrix of this frame: J = (1, −2; 0, 1), g = (0.6, −1.7) of a plane.
+        let shear = [1.0, -2.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+        let x = enter::<Dual<f64, 2>, f64>(Parameters(&shear), [Dual::variable(3.0, 0), Dual::variable(5.0, 1)]);
+        let g = [0.6, -1.7];
+        let f = x[0] * Dual::fixed(g[0]) + x[1] * Dual::fixed(g[1]);
+        let transposed = [g[0], -2.0 * g[0] + g[1]];
+        assert!((0..2).all(|k| (f.slope[k] - transposed[k]).abs() < 1e-15));
+        // Control: J·g is (4, −1.7).
+        assert!((f.slope[0] - (g[0] - 2.0 * g[1])).abs() > 1.0);
     }
 }

@@ -5,11 +5,15 @@
 pub mod add;
 pub mod affine;
 pub mod blend;
+pub mod lod;
+pub mod masked;
 pub mod replace;
+pub mod warp;
 
 pub use blend::BlendRule;
 
 use crate::bounds::{Bounds, Region, times_up};
+use crate::detail::{Focus, FocusSlot};
 use crate::interval::Interval;
 use crate::primitive::{Extent, Number, Parameters};
 use crate::program::TileLayout;
@@ -78,6 +82,20 @@ pub trait Combine: Copy {
     fn prune(&self, p: Parameters<f64>, region: &Region, parts: &[Part], fates: &mut [Fate]) -> Pruned<Self>;
     /// A box that holds the support.
     fn support(&self, parts: &[Option<Extent>]) -> Option<Extent>;
+    /// How far the elevation may be off where those of the operands are off by `errors`, metres; `parts` are the bounds of
+    /// the operands as they were. Most operators take a mean.
+    fn error(&self, _p: Parameters<f64>, _parts: &[Bounds], errors: &[f64]) -> f64 {
+        errors.iter().fold(0.0, |worst: f64, e| worst.max(*e))
+    }
+    /// Where the parameters of the focus stand, if it depends on the level of detail.
+    fn focus(&self) -> Option<FocusSlot> {
+        None
+    }
+    /// The same operator with its parameters from `at` on; asked of those with a focus alone.
+    #[must_use]
+    fn stored_at(self, _at: u32) -> Self {
+        self
+    }
     /// The same operator relative to `origin`, with its parameters stored in the tile.
     #[must_use]
     fn rebase(&self, _p: Parameters<f64>, _origin: DVec2, _tile: &mut TileLayout) -> Self {
@@ -99,6 +117,12 @@ pub trait Frame: Copy {
     fn leave_bounds(&self, p: Parameters<f64>, region: &Region, b: Bounds) -> Bounds;
     /// A box that holds what the operand's box is carried to.
     fn support(&self, p: Parameters<f64>, inner: Extent) -> Option<Extent>;
+    /// How far the elevation may be off where that of the operand is off by `error`, metres.
+    fn error(&self, _p: Parameters<f64>, error: f64) -> f64 {
+        error
+    }
+    /// The focus as the operand's frame sees it.
+    fn focus(&self, p: Parameters<f64>, focus: Focus) -> Focus;
     /// The same map from a tile's origin to the origin of the operand's own frame, which is returned.
     #[must_use]
     fn rebase(&self, p: Parameters<f64>, origin: DVec2, tile: &mut TileLayout) -> (Self, DVec2);
@@ -139,6 +163,15 @@ macro_rules! combines {
             fn support(&self, parts: &[Option<Extent>]) -> Option<Extent> {
                 match self { $(Operator::$name(code) => code.support(parts),)* }
             }
+            fn error(&self, p: Parameters<f64>, parts: &[Bounds], errors: &[f64]) -> f64 {
+                match self { $(Operator::$name(code) => code.error(p, parts, errors),)* }
+            }
+            fn focus(&self) -> Option<FocusSlot> {
+                match self { $(Operator::$name(code) => code.focus(),)* }
+            }
+            fn stored_at(self, at: u32) -> Operator {
+                match self { $(Operator::$name(code) => Operator::$name(code.stored_at(at)),)* }
+            }
             fn rebase(&self, p: Parameters<f64>, origin: DVec2, tile: &mut TileLayout) -> Operator {
                 match self { $(Operator::$name(code) => Operator::$name(code.rebase(p, origin, tile)),)* }
             }
@@ -152,6 +185,10 @@ combines! {
     Replace(replace::Code),
     /// Addition of the second operand to the first.
     Add(add::Code),
+    /// The first operand far from the focus, the second near it.
+    Lod(lod::Code),
+    /// The last operand where the first is low and gentle.
+    Masked(masked::Code),
 }
 
 macro_rules! frames {
@@ -184,6 +221,12 @@ macro_rules! frames {
             fn support(&self, p: Parameters<f64>, inner: Extent) -> Option<Extent> {
                 match self { $(Map::$name(code) => code.support(p, inner),)* }
             }
+            fn error(&self, p: Parameters<f64>, error: f64) -> f64 {
+                match self { $(Map::$name(code) => code.error(p, error),)* }
+            }
+            fn focus(&self, p: Parameters<f64>, focus: Focus) -> Focus {
+                match self { $(Map::$name(code) => code.focus(p, focus),)* }
+            }
             fn rebase(&self, p: Parameters<f64>, origin: DVec2, tile: &mut TileLayout) -> (Map, DVec2) {
                 match self {
                     $(Map::$name(code) => {
@@ -198,6 +241,8 @@ macro_rules! frames {
 frames! {
     /// Scale, rotation and translation.
     Affine(affine::Code),
+    /// Compact displacements.
+    Warp(warp::Code),
 }
 
 /// t·f with t the weight clamped to [0, 1] (claims G24). An enclosure also has it as α·f / max(α, 1), which stays

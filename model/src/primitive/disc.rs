@@ -1,11 +1,11 @@
 //! Disc primitive (Génevaux 2015 §4.1, Fig. 5): a centre, a radius, and an elevation that is constant or a noise.
 
 use super::{Authored, Extent, Leaf, Number, Parameters, Tables, around};
-use crate::bounds::{Bounds, Region};
+use crate::bounds::{Bounds, Region, plus_up, times_up};
 use crate::dual::Dual;
 use crate::falloff::{WYVILL_SLOPE, wyvill};
 use crate::interval::Interval;
-use crate::noise::{Combination, GRADIENT2_RANGE, GRADIENT2_SLOPE, NoiseValue, Octave, Octaves};
+use crate::noise::{Bounds as NoiseBounds, Combination, GRADIENT2_RANGE, GRADIENT2_SLOPE, NoiseValue, Octave, Octaves};
 use crate::program::{Layout, TileLayout};
 use crate::real::{Mask, Operand, Real};
 use crate::scene::{Finite, Point, Positive, Scope, one};
@@ -173,12 +173,7 @@ impl Leaf for Code {
         Operand::new(elevation, weight)
     }
     fn weight_range(&self, p: Parameters<f64>, region: &Region) -> Interval {
-        let u = region.distance_squared([p.0[0], p.0[1]]) * Interval::point(p.0[2]);
-        if u.lo() >= 1.0 {
-            return Interval::ZERO;
-        }
-        let range = Interval::point(p.0[3]) * wyvill(u);
-        Interval::new(range.lo().max(0.0), range.hi())
+        weight_range(p, region)
     }
     fn bounds(&self, p: Parameters<f64>, tables: Tables<'_>, region: &Region) -> Bounds {
         let (weight, weight_slope) = weight_bounds(p, region);
@@ -205,6 +200,35 @@ impl Leaf for Code {
     fn weight_only(self) -> Code {
         Code { noise: None, ..self }
     }
+    /// A term of a sum or of turbulence is at most a·sup|η| high and a·f·λ_η steep; products of octaves stay whole.
+    fn simplified(
+        self,
+        _: Parameters<f64>,
+        tables: Tables<'_>,
+        _: &Region,
+        slope: f64,
+        noises: &mut Vec<NoiseBounds>,
+    ) -> (Code, f64) {
+        let sums = |noise: &Noise| matches!(noise.combination, Combination::Sum | Combination::Turbulence);
+        let Some(noise) = self.noise.filter(sums) else { return (self, 0.0) };
+        let octaves = noise.octaves(tables);
+        let term = |k: usize| {
+            let Octave { amplitude, frequency, .. } = octaves[k];
+            let height = times_up(amplitude.abs(), GRADIENT2_RANGE);
+            (height, times_up(times_up(amplitude.abs(), frequency), GRADIENT2_SLOPE))
+        };
+        let (left, error) = trailing(octaves.len(), slope, term);
+        if left == octaves.len() {
+            return (self, 0.0);
+        }
+        let bounds = noises.len() as u32;
+        noises.push(noise.combination.placed_bounds(&octaves[..left]));
+        let noise = (left > 0).then_some(Noise { octaves: left as u32, bounds, ..noise });
+        (Code { noise, ..self }, error)
+    }
+    fn octaves(&self) -> usize {
+        self.noise.map_or(0, |noise| noise.octaves as usize)
+    }
     fn rebase(&self, p: Parameters<f64>, tables: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Code {
         let [x, y] = [p.0[0] - origin.x, p.0[1] - origin.y];
         let at = tile.store([x, y].into_iter().chain(p.0[2..WIDTH].iter().copied()));
@@ -220,7 +244,7 @@ impl Leaf for Code {
 }
 
 /// An octave is run on a region narrower than this many of its cells; elsewhere its certified range and slope stand.
-const LOCAL: f64 = 0.1;
+pub(super) const LOCAL: f64 = 0.1;
 
 /// A noise over a region `width` metres wide: the octaves that are coarse enough are run on it.
 fn local_noise(
@@ -229,26 +253,55 @@ fn local_noise(
     x: [Dual<Interval, 2>; 2],
     width: f64,
 ) -> Dual<Interval, 2> {
-    combination.combine(octaves, |octave| {
-        if width * octave.frequency < LOCAL {
-            return Dual::gradient2(octave.lattice, octave.coordinates(x));
+    combination.combine(octaves, |octave| local(octave, x, width))
+}
+
+/// How many of `count` octaves are left when the last leave while together they are no steeper than `slope`, and how high
+/// those that leave are together; `term` gives height and slope of one, metres.
+pub(super) fn trailing(count: usize, slope: f64, term: impl Fn(usize) -> (f64, f64)) -> (usize, f64) {
+    let (mut left, mut height, mut steep) = (count, 0.0, 0.0);
+    while left > 0 {
+        let (h, s) = term(left - 1);
+        steep = plus_up(steep, s);
+        if steep > slope {
+            break;
         }
-        let slope = Interval::point(octave.frequency) * Interval::symmetric(GRADIENT2_SLOPE);
-        Dual { value: Interval::symmetric(GRADIENT2_RANGE), slope: [slope; 2] }
-    })
+        height = plus_up(height, h);
+        left -= 1;
+    }
+    (left, height)
+}
+
+/// One octave over a region `width` metres wide.
+pub(super) fn local(octave: &Octave<2>, x: [Dual<Interval, 2>; 2], width: f64) -> Dual<Interval, 2> {
+    if width * octave.frequency < LOCAL {
+        return Dual::gradient2(octave.lattice, octave.coordinates(x));
+    }
+    let slope = Interval::point(octave.frequency) * Interval::symmetric(GRADIENT2_SLOPE);
+    Dual { value: Interval::symmetric(GRADIENT2_RANGE), slope: [slope; 2] }
 }
 
 /// α = w·g(d²/r²) with Wyvill's falloff; 0 from the radius on.
 #[inline(always)]
-fn weight<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, x: [R; 2]) -> R {
+pub(super) fn weight<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, x: [R; 2]) -> R {
     let c = p.pair::<R>(0);
     let d2 = (x[0] - c[0]).square() + (x[1] - c[1]).square();
     p.get::<R>(3) * wyvill(d2 * p.get::<R>(2))
 }
 
+/// Range of the weight over a region, exactly 0 off the support.
+pub(super) fn weight_range(p: Parameters<f64>, region: &Region) -> Interval {
+    let u = region.distance_squared([p.0[0], p.0[1]]) * Interval::point(p.0[2]);
+    if u.lo() >= 1.0 {
+        return Interval::ZERO;
+    }
+    let range = Interval::point(p.0[3]) * wyvill(u);
+    Interval::new(range.lo().max(0.0), range.hi())
+}
+
 /// Range and slope of the weight over a region: α from the formula on the distance's enclosure, λ_α = w·max |g′| over
 /// the distances met, at most w·L/r.
-fn weight_bounds(p: Parameters<f64>, region: &Region) -> (Interval, f64) {
+pub(super) fn weight_bounds(p: Parameters<f64>, region: &Region) -> (Interval, f64) {
     let d2 = region.distance_squared([p.0[0], p.0[1]]);
     let u = d2 * Interval::point(p.0[2]);
     if u.lo() >= 1.0 {

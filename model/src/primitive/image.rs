@@ -1,15 +1,14 @@
-//! Image primitive on a rectangle (Génevaux 2015 §4.2): bilinear elevation, C¹ weight that fades at the border, and a
-//! pyramid of ranges and differences so that a local bound does not visit the whole raster.
+//! Image primitive on a rectangle (Génevaux 2015 §4.2): bilinear elevation, and a C¹ weight that fades at the border,
+//! fades around samples that are unknown, and may be an image itself.
+
+pub use super::raster::{Image, ImageNumber};
 
 use super::{Authored, Extent, Leaf, Number, Parameters, Tables, around};
-use crate::bounds::{Bounds, Region, times_up};
-use crate::dual::{Differentiable, Dual};
+use crate::bounds::{Bounds, Region, plus_up, times_up};
 use crate::falloff::{WYVILL_SLOPE, wyvill};
 use crate::interval::Interval;
-use crate::lanes::Lanes;
 use crate::program::{Layout, TileLayout};
 use crate::real::{Operand, Real};
-use crate::rounding::{Rounded, UNIT};
 use crate::scene::{Finite, Point, Positive, Scope, one};
 use glam::DVec2;
 use serde::Deserialize;
@@ -29,6 +28,8 @@ pub struct ImagePatch {
     pub margin: f64,
     /// Weight inside.
     pub weight: f64,
+    /// Weights ≥ 0 as samples spread over the same rectangle, read by a C¹ spline; they multiply `weight`.
+    pub weights: Option<Arc<Image>>,
     /// Factor of the samples.
     pub elevation_scale: f64,
     /// Added to the scaled samples.
@@ -52,6 +53,9 @@ pub(crate) struct File {
     margin: Positive,
     #[serde(default = "one")]
     weight: Positive,
+    /// Weights as samples spread over the same rectangle.
+    #[serde(default)]
+    weight_file: Option<String>,
     #[serde(default = "unit")]
     elevation_scale: Finite,
     #[serde(default)]
@@ -71,6 +75,7 @@ impl File {
             spacing: self.spacing.map_or(placed.spacing, |s| DVec2::new(s.0.into(), s.1.into())),
             margin: self.margin.into(),
             weight: self.weight.into(),
+            weights: self.weight_file.as_deref().map(|file| scope.image(file, None)).transpose()?.map(|w| w.image),
             elevation_scale: self.elevation_scale.into(),
             elevation_offset: self.elevation_offset.into(),
         })
@@ -78,8 +83,9 @@ impl File {
 }
 
 /// Parameters: x and y of sample (0, 0), 1/dx, 1/dy, offset of the sample index in u and v (0 in world coordinates),
-/// centre x and y, half extents, 1/margin, weight, elevation scale and offset.
-const WIDTH: usize = 14;
+/// centre x and y, half extents, 1/margin, weight, elevation scale and offset; of the weights: samples per metre along x
+/// and y, offset of the index in u and v, largest sample.
+const WIDTH: usize = 19;
 
 /// A compiled image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,12 +94,14 @@ pub struct Code {
     image: u16,
     /// Added to the sample index.
     base: [i32; 2],
+    weights: Option<u16>,
+    weights_base: [i32; 2],
 }
 
 impl Authored for ImagePatch {
     type Code = Code;
     fn compile(&self, out: &mut Layout) -> Result<Code, String> {
-        let ImagePatch { image, origin, spacing, margin, weight, elevation_scale, elevation_offset } = self;
+        let ImagePatch { image, origin, spacing, margin, weight, weights, elevation_scale, elevation_offset } = self;
         let cells = DVec2::new(image.width() as f64 - 1.0, image.height() as f64 - 1.0);
         let half = cells * *spacing * 0.5;
         let placed = origin.is_finite() && spacing.is_finite() && spacing.min_element() > 0.0;
@@ -105,11 +113,43 @@ impl Authored for ImagePatch {
             return Err("the margin of an image must be positive and at most half its smaller side".to_owned());
         }
         let index = out.image(image)?;
+        let weights = weights_of(image, weights.as_ref(), (DVec2::splat(*margin) / *spacing).to_array())?;
+        let (samples, largest) = weights.as_ref().map_or((DVec2::ZERO, 1.0), |w| {
+            (DVec2::new(w.width() as f64 - 1.0, w.height() as f64 - 1.0) / (half * 2.0), w.range().hi())
+        });
+        let weights = weights.map(|weights| out.image(&weights)).transpose()?;
         let centre = *origin + half;
         let at = out.store([origin.x, origin.y, 1.0 / spacing.x, 1.0 / spacing.y, 0.0, 0.0, centre.x, centre.y]);
         out.store([half.x, half.y, 1.0 / margin, *weight, *elevation_scale, elevation_offset + 0.0]);
-        Ok(Code { at, image: index, base: [0, 0] })
+        out.store([samples.x, samples.y, 0.0, 0.0, largest]);
+        Ok(Code { at, image: index, base: [0, 0], weights, weights_base: [0, 0] })
     }
+}
+
+/// The weights of a raster: those given, faded within `margin` samples of what is unknown.
+///
+/// # Errors
+/// When a weight is negative, or nothing is far enough from what is unknown.
+pub(super) fn weights_of(
+    image: &Image,
+    given: Option<&Arc<Image>>,
+    margin: [f64; 2],
+) -> Result<Option<Arc<Image>>, String> {
+    if given.is_some_and(|given| given.range().lo() < 0.0 || given.hole_count() > 0) {
+        return Err("a weight image needs weights of at least 0, each known".to_owned());
+    }
+    let factor = |i: usize, j: usize| {
+        given.map_or(1.0, |given| {
+            let along = |k: usize, of: usize, count: usize| k as f64 / (of as f64 - 1.0) * (count as f64 - 1.0);
+            let at = [along(i, image.width(), given.width()), along(j, image.height(), given.height())];
+            f64::spline(given, [0, 0], at)
+        })
+    };
+    let weights = image.hole_weights(margin, factor).map(Arc::new).or_else(|| given.cloned());
+    if weights.as_ref().is_some_and(|weights| weights.range().hi() <= 0.0) {
+        return Err("an image has no weight anywhere: no sample lies 3 samples from what is unknown".to_owned());
+    }
+    Ok(weights)
 }
 
 impl Leaf for Code {
@@ -129,27 +169,46 @@ impl Leaf for Code {
         let image = &tables.images[usize::from(self.image)];
         let elevation = R::lookup(image, self.base, u) * p.get::<R>(12) + p.get::<R>(13);
         let from_edge = |k: usize| p.get::<R>(8 + k) - (x[k] - p.get::<R>(6 + k)).abs();
-        let weight = p.get::<R>(11) * edge(from_edge(0), p.get(10)) * edge(from_edge(1), p.get(10));
+        let mut weight = p.get::<R>(11) * edge(from_edge(0), p.get(10)) * edge(from_edge(1), p.get(10));
+        if let Some(weights) = self.weights {
+            let u = [
+                (x[0] - p.get::<R>(0)) * p.get::<R>(14) + p.get::<R>(16),
+                (x[1] - p.get::<R>(1)) * p.get::<R>(15) + p.get::<R>(17),
+            ];
+            weight = weight * R::spline(&tables.images[usize::from(weights)], self.weights_base, u);
+        }
         Operand::new(elevation, weight)
     }
     fn weight_range(&self, p: Parameters<f64>, region: &Region) -> Interval {
-        weight_range(p, region)
+        let edges = weight_range(p, region);
+        match self.weights {
+            None => edges,
+            Some(_) => edges * Interval::new(0.0, p.0[18]),
+        }
     }
     fn bounds(&self, p: Parameters<f64>, tables: Tables<'_>, region: &Region) -> Bounds {
-        bounds(p, &tables.images[usize::from(self.image)], region)
+        let weights = self.weights.map(|weights| &*tables.images[usize::from(weights)]);
+        bounds(p, &tables.images[usize::from(self.image)], weights, region)
     }
     fn support(&self, p: Parameters<f64>) -> Option<Extent> {
         let (centre, half) = (DVec2::new(p.0[6], p.0[7]), DVec2::new(p.0[8], p.0[9]));
         around([centre - half, centre + half], 1e-9 * (half.max_element() + centre.length()))
     }
     fn rebase(&self, p: Parameters<f64>, _: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Code {
-        let cells = (origin - DVec2::new(p.0[0], p.0[1])) * DVec2::new(p.0[2], p.0[3]);
-        let whole = cells.floor();
-        let rest = cells - whole;
+        let from = origin - DVec2::new(p.0[0], p.0[1]);
+        // Whole samples become integers, the rest stays below 1.
+        let split = |per_metre: &[f64]| {
+            let at = from * DVec2::new(per_metre[0], per_metre[1]);
+            let whole = at.floor();
+            ([wrap(whole.x), wrap(whole.y)], at - whole)
+        };
+        let (base, rest) = split(&p.0[2..]);
+        let (weights_base, weights_rest) = split(&p.0[14..]);
         let mut moved = p.0[..WIDTH].to_vec();
         (moved[0], moved[1], moved[4], moved[5]) = (0.0, 0.0, rest.x, rest.y);
         (moved[6], moved[7]) = (p.0[6] - origin.x, p.0[7] - origin.y);
-        Code { at: tile.store(moved), image: self.image, base: [wrap(whole.x), wrap(whole.y)] }
+        (moved[16], moved[17]) = (weights_rest.x, weights_rest.y);
+        Code { at: tile.store(moved), base, weights_base, ..*self }
     }
 }
 
@@ -159,334 +218,9 @@ fn wrap(whole: f64) -> i32 {
     (whole - (whole / SPAN).floor() * SPAN) as u32 as i32
 }
 
-/// A raster of elevations, row 0 in the south, with its pyramid.
-#[derive(Debug)]
-pub struct Image {
-    width: usize,
-    height: usize,
-    samples: Vec<f32>,
-    levels: Vec<Level>,
-}
-
-/// Enclosures of value and of neighbour differences over blocks of 2ᵏ × 2ᵏ cells.
-#[derive(Debug)]
-struct Level {
-    columns: usize,
-    blocks: Vec<Block>,
-}
-
-/// min, max of the samples; min, max of the differences along u; the same along v.
-#[derive(Clone, Copy, Debug)]
-struct Block([f32; 6]);
-
-impl Block {
-    fn hull(self, o: Block) -> Block {
-        let (a, b) = (self.0, o.0);
-        Block([a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3]), a[4].min(b[4]), a[5].max(b[5])])
-    }
-    fn jet(self) -> [Interval; 3] {
-        let interval = |k: usize| Interval::new(f64::from(self.0[k]), f64::from(self.0[k + 1]));
-        [interval(0), interval(2), interval(4)]
-    }
-}
-
-impl Image {
-    /// `width` × `height` samples, row by row from the south. `None` unless both are at least 2, the count fits and
-    /// every sample is finite.
-    pub fn new(width: usize, height: usize, samples: Vec<f32>) -> Option<Image> {
-        if width < 2
-            || height < 2
-            || width.checked_mul(height)? != samples.len()
-            || !samples.iter().all(|s| s.is_finite())
-        {
-            return None;
-        }
-        let mut image = Image { width, height, samples, levels: Vec::new() };
-        let (mut columns, mut rows) = (width - 1, height - 1);
-        let mut blocks = Vec::with_capacity(columns * rows);
-        for j in 0..rows {
-            for i in 0..columns {
-                blocks.push(image.cell_block(i, j));
-            }
-        }
-        image.levels.push(Level { columns, blocks });
-        while columns > 1 || rows > 1 {
-            let below = &image.levels[image.levels.len() - 1];
-            let (c, r) = (columns.div_ceil(2), rows.div_ceil(2));
-            let mut blocks = Vec::with_capacity(c * r);
-            for j in 0..r {
-                for i in 0..c {
-                    let mut hull = below.blocks[2 * j * columns + 2 * i];
-                    for (p, q) in [(1, 0), (0, 1), (1, 1)] {
-                        if 2 * i + p < columns && 2 * j + q < rows {
-                            hull = hull.hull(below.blocks[(2 * j + q) * columns + 2 * i + p]);
-                        }
-                    }
-                    blocks.push(hull);
-                }
-            }
-            (columns, rows) = (c, r);
-            image.levels.push(Level { columns, blocks });
-        }
-        Some(image)
-    }
-    /// Means over blocks of `factor` × `factor` samples; what does not fill a block is left out.
-    pub fn reduced(&self, factor: usize) -> Option<Image> {
-        let (width, height) = (self.width / factor.max(1), self.height / factor.max(1));
-        let mut samples = Vec::with_capacity(width * height);
-        for j in 0..height {
-            for i in 0..width {
-                let block = (0..factor * factor).map(|k| {
-                    let at = (j * factor + k / factor) * self.width + i * factor + k % factor;
-                    f64::from(self.samples[at])
-                });
-                samples.push((block.sum::<f64>() / (factor * factor) as f64) as f32);
-            }
-        }
-        Image::new(width, height, samples)
-    }
-    /// Samples along u.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-    /// Samples along v.
-    pub fn height(&self) -> usize {
-        self.height
-    }
-    /// Bytes of the samples as stored.
-    pub fn bytes(&self) -> usize {
-        4 * self.samples.len()
-    }
-    /// Bytes of the pyramid.
-    pub fn acceleration_bytes(&self) -> usize {
-        self.levels.iter().map(|level| level.blocks.len() * size_of::<Block>()).sum()
-    }
-    /// Smallest and largest sample.
-    pub fn range(&self) -> Interval {
-        self.levels[self.levels.len() - 1].blocks[0].jet()[0]
-    }
-
-    fn corners(&self, i: usize, j: usize) -> [f32; 4] {
-        let k = j * self.width + i;
-        [self.samples[k], self.samples[k + 1], self.samples[k + self.width], self.samples[k + self.width + 1]]
-    }
-    fn cell_block(&self, i: usize, j: usize) -> Block {
-        let s = self.corners(i, j);
-        let difference = |a: f32, b: f32| {
-            let d = f64::from(b) - f64::from(a);
-            ((d as f32).next_down(), (d as f32).next_up())
-        };
-        let (u0, u1, v0, v1) =
-            (difference(s[0], s[1]), difference(s[2], s[3]), difference(s[0], s[2]), difference(s[1], s[3]));
-        let (low, high) =
-            (s.iter().copied().fold(f32::INFINITY, f32::min), s.iter().copied().fold(f32::NEG_INFINITY, f32::max));
-        Block([low, high, u0.0.min(u1.0), u0.1.max(u1.1), v0.0.min(v1.0), v0.1.max(v1.1)])
-    }
-    /// Cell and position inside it along one axis of `cells` cells; positions outside are clamped to the border.
-    fn locate(cells: usize, base: i32, u: f64) -> (usize, f64) {
-        let u = (u + f64::from(base)).clamp(0.0, cells as f64);
-        let cell = (u as usize).min(cells - 1);
-        (cell, u - cell as f64)
-    }
-    /// Enclosures of value and differences per cell over a rectangle of index space.
-    pub fn enclose(&self, u: Interval, v: Interval) -> [Interval; 3] {
-        let cells = [self.width - 1, self.height - 1];
-        let first = [Image::locate(cells[0], 0, u.lo()).0, Image::locate(cells[1], 0, v.lo()).0];
-        let last = [Image::locate(cells[0], 0, u.hi()).0, Image::locate(cells[1], 0, v.hi()).0];
-        let span = (last[0] - first[0]).max(last[1] - first[1]) + 1;
-        if span <= 3 {
-            let mut hull: Option<[Interval; 3]> = None;
-            for j in first[1]..=last[1] {
-                for i in first[0]..=last[0] {
-                    let local = |x: Interval, cell: usize| {
-                        let x = x - Interval::point(cell as f64);
-                        Interval::new(x.lo().clamp(0.0, 1.0), x.hi().clamp(0.0, 1.0))
-                    };
-                    let s = self.corners(i, j).map(|s| Interval::point(f64::from(s)));
-                    let [value, du, dv] = bilinear_jet(s, [local(u, i), local(v, j)]);
-                    let block = self.levels[0].blocks[j * cells[0] + i].jet();
-                    let jet = [value.meet(block[0]), du.meet(block[1]), dv.meet(block[2])];
-                    hull = Some(hull.map_or(jet, |h| [h[0].hull(jet[0]), h[1].hull(jet[1]), h[2].hull(jet[2])]));
-                }
-            }
-            return hull.unwrap_or([Interval::ENTIRE; 3]);
-        }
-        // The level on which the rectangle meets at most 4 × 4 blocks.
-        let mut k = 0;
-        while (span - 1) >> k >= 3 && k + 1 < self.levels.len() {
-            k += 1;
-        }
-        let level = &self.levels[k];
-        let mut hull = level.blocks[(first[1] >> k) * level.columns + (first[0] >> k)];
-        for j in first[1] >> k..=last[1] >> k {
-            for i in first[0] >> k..=last[0] >> k {
-                hull = hull.hull(level.blocks[j * level.columns + i]);
-            }
-        }
-        hull.jet()
-    }
-}
-
-/// The bilinear patch over one cell, from its corners in the order (0,0), (1,0), (0,1), (1,1).
-#[inline(always)]
-fn bilinear<R: Real>(s: [R; 4], [u, v]: [R; 2]) -> R {
-    let low = s[0] + u * (s[1] - s[0]);
-    let high = s[2] + u * (s[3] - s[2]);
-    low + v * (high - low)
-}
-
-/// The patch with its derivatives along u and v.
-#[inline(always)]
-fn bilinear_jet<R: Real>(s: [R; 4], [u, v]: [R; 2]) -> [R; 3] {
-    let (du0, du1) = (s[1] - s[0], s[3] - s[2]);
-    let (dv0, dv1) = (s[2] - s[0], s[3] - s[1]);
-    [bilinear(s, [u, v]), du0 + v * (du1 - du0), dv0 + u * (dv1 - dv0)]
-}
-
-/// A number on which an image can be looked up, at a position in samples; `base` is added to the index.
-pub trait ImageNumber: Real {
-    /// The elevation sample, before scale and offset.
-    fn lookup(image: &Image, base: [i32; 2], u: [Self; 2]) -> Self;
-    /// The lookup with its derivatives per sample step.
-    fn lookup_jet(image: &Image, base: [i32; 2], u: [Self; 2]) -> [Self; 3];
-}
-
-impl ImageNumber for f64 {
-    #[inline(always)]
-    fn lookup(image: &Image, base: [i32; 2], u: [f64; 2]) -> f64 {
-        let (i, s) = Image::locate(image.width - 1, base[0], u[0]);
-        let (j, t) = Image::locate(image.height - 1, base[1], u[1]);
-        bilinear(image.corners(i, j).map(f64::from), [s, t])
-    }
-    #[inline(always)]
-    fn lookup_jet(image: &Image, base: [i32; 2], u: [f64; 2]) -> [f64; 3] {
-        let (i, s) = Image::locate(image.width - 1, base[0], u[0]);
-        let (j, t) = Image::locate(image.height - 1, base[1], u[1]);
-        bilinear_jet(image.corners(i, j).map(f64::from), [s, t])
-    }
-}
-
-impl ImageNumber for f32 {
-    #[inline(always)]
-    fn lookup(image: &Image, base: [i32; 2], u: [f32; 2]) -> f32 {
-        Lanes::<1>::lookup(image, base, [Lanes([u[0]]), Lanes([u[1]])]).0[0]
-    }
-    #[inline(always)]
-    fn lookup_jet(image: &Image, base: [i32; 2], u: [f32; 2]) -> [f32; 3] {
-        Lanes::<1>::lookup_jet(image, base, [Lanes([u[0]]), Lanes([u[1]])]).map(|lane| lane.0[0])
-    }
-}
-
-impl<const N: usize> Lanes<N> {
-    /// Corners and in-cell positions of every lane; positions outside are clamped to the border.
-    #[inline(always)]
-    fn gather(image: &Image, base: [i32; 2], u: [Self; 2]) -> ([Self; 4], [Self; 2]) {
-        let mut corners = [Lanes::splat(0.0); 4];
-        let (iu, fu) = u[0].floor();
-        let (iv, fv) = u[1].floor();
-        let mut s = u[0] - fu;
-        let mut t = u[1] - fv;
-        let (columns, rows) = (image.width as i32 - 1, image.height as i32 - 1);
-        for lane in 0..N {
-            let clamp = |cell: i32, cells: i32, at: &mut f32| {
-                if cell < 0 {
-                    *at = 0.0;
-                    0
-                } else if cell >= cells {
-                    *at = 1.0;
-                    cells - 1
-                } else {
-                    cell
-                }
-            };
-            let i = clamp(iu[lane].wrapping_add(base[0]), columns, &mut s.0[lane]);
-            let j = clamp(iv[lane].wrapping_add(base[1]), rows, &mut t.0[lane]);
-            let four = image.corners(i as usize, j as usize);
-            for k in 0..4 {
-                corners[k].0[lane] = four[k];
-            }
-        }
-        (corners, [s, t])
-    }
-}
-
-impl<const N: usize> ImageNumber for Lanes<N> {
-    #[inline(always)]
-    fn lookup(image: &Image, base: [i32; 2], u: [Self; 2]) -> Self {
-        let (corners, at) = Lanes::gather(image, base, u);
-        bilinear(corners, at)
-    }
-    #[inline(always)]
-    fn lookup_jet(image: &Image, base: [i32; 2], u: [Self; 2]) -> [Self; 3] {
-        let (corners, at) = Lanes::gather(image, base, u);
-        bilinear_jet(corners, at)
-    }
-}
-
-impl ImageNumber for Interval {
-    fn lookup(image: &Image, base: [i32; 2], u: [Interval; 2]) -> Interval {
-        Interval::lookup_jet(image, base, u)[0]
-    }
-    fn lookup_jet(image: &Image, base: [i32; 2], u: [Interval; 2]) -> [Interval; 3] {
-        let shift = |x: Interval, base: i32| if base == 0 { x } else { x + Interval::point(f64::from(base)) };
-        let at = [shift(u[0], base[0]), shift(u[1], base[1])];
-        let mut jet = image.enclose(at[0], at[1]);
-        // Outside the raster the border value is continued: the derivative across the border is 0 there.
-        for (k, cells) in [image.width - 1, image.height - 1].into_iter().enumerate() {
-            if at[k].lo() < 0.0 || at[k].hi() > cells as f64 {
-                jet[k + 1] = jet[k + 1].hull(Interval::ZERO);
-            }
-        }
-        jet
-    }
-}
-
-impl ImageNumber for Rounded {
-    fn lookup(image: &Image, base: [i32; 2], u: [Rounded; 2]) -> Rounded {
-        let exact = Interval::lookup(image, base, [u[0].exact, u[1].exact]);
-        let near = Interval::lookup_jet(image, base, [u[0].reach(), u[1].reach()]);
-        // The patch is continuous, so the position's error enters by the differences over what it can reach, cell
-        // borders included; u − ⌊u⌋ rounds once (at most half an ulp of 1) and three interpolations round by at most
-        // 4 units of the largest corner each.
-        let position = [u[0].error + UNIT, u[1].error + UNIT];
-        let cells = Interval::lookup_jet(
-            image,
-            base,
-            [u[0].reach() + Interval::symmetric(1.0), u[1].reach() + Interval::symmetric(1.0)],
-        );
-        let propagated = near[1].magnitude().max(cells[1].magnitude()) * position[0]
-            + near[2].magnitude().max(cells[2].magnitude()) * position[1];
-        Rounded::new(exact, (propagated + 12.0 * UNIT * cells[0].magnitude()) * (1.0 + 1e-12) + 1e-40)
-    }
-    fn lookup_jet(image: &Image, base: [i32; 2], u: [Rounded; 2]) -> [Rounded; 3] {
-        // The derivative jumps between cells: its f32 value lies anywhere in the hull over the cells within reach.
-        let exact = Interval::lookup_jet(image, base, [u[0].exact, u[1].exact]);
-        let cells = Interval::lookup_jet(
-            image,
-            base,
-            [u[0].reach() + Interval::symmetric(1.0), u[1].reach() + Interval::symmetric(1.0)],
-        );
-        let widest = |k: usize| Rounded::new(exact[k], cells[k].width() + 12.0 * UNIT * cells[k].magnitude() + 1e-40);
-        [Rounded::lookup(image, base, u), widest(1), widest(2)]
-    }
-}
-
-impl<R: ImageNumber + Differentiable, const K: usize> ImageNumber for Dual<R, K> {
-    #[inline(always)]
-    fn lookup(image: &Image, base: [i32; 2], u: [Self; 2]) -> Self {
-        let [value, du, dv] = R::lookup_jet(image, base, [u[0].value, u[1].value]);
-        Dual::chain(value, [du, dv], u)
-    }
-    fn lookup_jet(image: &Image, base: [i32; 2], u: [Self; 2]) -> [Self; 3] {
-        // Second derivatives of a bilinear patch are not used: only values are differentiated.
-        let [_, du, dv] = R::lookup_jet(image, base, [u[0].value, u[1].value]);
-        [Self::lookup(image, base, u), Dual::fixed(du), Dual::fixed(dv)]
-    }
-}
-
 /// 1 inside, 0 from the border on, C¹ in between: Wyvill's falloff of what is left of the margin.
 #[inline(always)]
-fn edge<R: Real>(distance: R, inverse_margin: R) -> R {
+pub(super) fn edge<R: Real>(distance: R, inverse_margin: R) -> R {
     let t = (distance * inverse_margin).clamp01();
     wyvill((R::one() - t).square())
 }
@@ -503,7 +237,7 @@ fn weight_range(p: Parameters<f64>, region: &Region) -> Interval {
 }
 
 /// Range and slopes over a region, from the pyramid. λ = √((M_x/l_x)² + (M_y/l_y)²) (claims G19).
-fn bounds(p: Parameters<f64>, image: &Image, region: &Region) -> Bounds {
+fn bounds(p: Parameters<f64>, image: &Image, weights: Option<&Image>, region: &Region) -> Bounds {
     let point = |k: usize| Interval::point(p.0[k]);
     let x = region.extent;
     let weight = weight_range(p, region);
@@ -523,18 +257,100 @@ fn bounds(p: Parameters<f64>, image: &Image, region: &Region) -> Bounds {
         if t.lo() >= 1.0 { 0.0 } else { times_up(WYVILL_SLOPE, p.0[10]) }
     };
     let (sa, sb) = (times_up(steep(from_edge(0)), b.hi()), times_up(steep(from_edge(1)), a.hi()));
-    let weight_slope = (point(11) * Interval::length(Interval::point(sa), Interval::point(sb))).hi();
+    let mut weight_slope = (point(11) * Interval::length(Interval::point(sa), Interval::point(sb))).hi();
+    let mut weight = weight;
+    if let Some(weights) = weights {
+        // α = edges · s: λ_α ≤ λ_edges·sup s + sup edges·λ_s, s and λ_s from the spline.
+        let u = [(x[0] - point(0)) * point(14) + point(16), (x[1] - point(1)) * point(15) + point(17)];
+        let [s, du, dv] = Interval::spline_jet(weights, [0, 0], u);
+        let slope = Interval::length(du * point(14), dv * point(15)).hi();
+        weight_slope = plus_up(times_up(weight_slope, s.hi().max(0.0)), times_up(weight.hi(), slope));
+        weight = weight * s;
+        if weight.hi() <= 0.0 {
+            return Bounds::ABSENT;
+        }
+        weight = Interval::new(weight.lo().max(0.0), weight.hi());
+    }
     Bounds::primitive(value * point(12) + point(13), weight, slope, weight_slope)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::wrap;
+    use super::*;
+    use crate::program::Program;
+    use crate::tree::Tree;
 
     #[test]
     fn cells_wrap_as_32_bit_integers() {
         assert_eq!(wrap(-1.0), -1);
         assert_eq!(wrap(4_294_967_296.0 + 5.0), 5);
         assert_eq!(wrap(2_147_483_648.0), i32::MIN);
+    }
+
+    /// 40 × 30 samples 10 m apart with holes at (20, 15) and (21, 15).
+    fn pierced(holes: bool, weights: Option<Arc<Image>>) -> Program {
+        let (w, h) = (40, 30);
+        let samples = (0..w * h).map(|k| ((k * 37) % 101) as f32).collect();
+        let unknown = (0..w * h).map(|k| holes && k / w == 15 && (k % w) / 2 == 10).collect();
+        let patch = ImagePatch {
+            image: Arc::new(Image::with_holes(w, h, samples, unknown).expect("a valid image")),
+            origin: DVec2::new(1000.0, -500.0),
+            spacing: DVec2::splat(10.0),
+            margin: 50.0,
+            weight: 1.0,
+            weights,
+            elevation_scale: 1.0,
+            elevation_offset: 0.0,
+        };
+        let mut tree = Tree::new();
+        let root = tree.push(patch);
+        Program::compile(&tree, root).expect("it compiles")
+    }
+
+    #[test]
+    fn cells_that_touch_a_hole_have_weight_0_exactly() {
+        let (pierced, whole) = (pierced(true, None), pierced(false, None));
+        let (mut risen, mut control) = (0, 0);
+        for k in 0..=300 {
+            for l in 0..=200 {
+                let at = DVec2::new(1190.0 + 0.1 * f64::from(k), -360.0 + 0.1 * f64::from(l));
+                assert_eq!(pierced.height(at).1, 0.0, "{at}");
+                control += usize::from(whole.height(at).1 > 0.0);
+            }
+            // From the hole's cells outward the weight rises to that of the whole image.
+            let out = DVec2::new(1220.0 + 0.5 * f64::from(k), -350.0);
+            let (here, bare) = (pierced.height(out).1, whole.height(out).1);
+            assert!(here <= bare + 1e-12);
+            risen += usize::from(here > 0.99 * bare && bare > 0.5);
+        }
+        assert!(control == 301 * 201 && risen > 20, "{control} {risen}");
+    }
+
+    #[test]
+    fn the_weight_around_a_hole_is_c1_and_within_its_slope_bound() {
+        let program = pierced(true, None);
+        let mut steepest = 0.0f64;
+        for k in 0..4000 {
+            let at = DVec2::new(1150.0 + 0.03 * f64::from(k), -380.0 + 0.013 * f64::from(k));
+            let (s, t) = (program.sample(at), program.sample(at + DVec2::new(1e-6, 0.0)));
+            // The spline's second derivative is at most 2 · (largest difference 0.4) / (10 m)² and the edge is flat here.
+            assert!((s.weight_gradient - t.weight_gradient).length() < 1e-6 * 0.02, "{at}");
+            let bounds = program.bounds(Region::rectangle(at, at + DVec2::splat(3.0)));
+            assert!(s.weight_gradient.length() <= bounds.weight_slope);
+            steepest = steepest.max(s.weight_gradient.length());
+        }
+        // Wyvill's falloff over 50 m is at most 1.72 / 50 steep; a control that this path crosses the rise.
+        assert!(steepest > 0.02 && steepest < 0.035, "{steepest}");
+    }
+
+    #[test]
+    fn a_weight_image_multiplies_and_a_negative_one_is_refused() {
+        let weights = |low: f32| Arc::new(Image::new(2, 2, vec![low, 1.0, low, 1.0]).expect("a valid image"));
+        let program = pierced(false, Some(weights(0.0)));
+        let (west, east) = (program.height(DVec2::new(1060.0, -360.0)).1, program.height(DVec2::new(1330.0, -360.0)).1);
+        assert!(west < 0.3 && east > 0.7, "{west} {east}");
+        let image = Image::new(3, 3, vec![0.0; 9]).expect("a valid image");
+        let error = weights_of(&image, Some(&weights(-1.0)), [1.0; 2]).unwrap_err();
+        assert!(error.contains("at least 0"), "{error}");
     }
 }

@@ -3,10 +3,16 @@
 //! `for_each_primitive!`.
 
 pub mod curve;
+pub mod detail_disc;
 pub mod disc;
 pub mod image;
+pub mod quad;
+mod raster;
+mod spline;
+pub mod strip;
 
 use crate::bounds::{Bounds, Region};
+use crate::detail::FocusSlot;
 use crate::interval::Interval;
 use crate::noise::{Bounds as NoiseBounds, NoiseValue, Octave};
 use crate::program::{Layout, TileLayout};
@@ -97,6 +103,37 @@ pub trait Leaf: Copy {
     fn weight_only(self) -> Self {
         self
     }
+    /// The same primitive on a box: what contributes exactly 0 there is left out.
+    #[must_use]
+    fn pruned(self, _p: Parameters<f64>, _region: &Region) -> Self {
+        self
+    }
+    /// A cheaper primitive for a box, with how far its elevation may be off, metres: octaves that together are no steeper
+    /// than `slope` may leave. Bounds of the noise that is left are added to the table.
+    #[must_use]
+    fn simplified(
+        self,
+        _p: Parameters<f64>,
+        _tables: Tables<'_>,
+        _region: &Region,
+        _slope: f64,
+        _noises: &mut Vec<NoiseBounds>,
+    ) -> (Self, f64) {
+        (self, 0.0)
+    }
+    /// How many octaves of noise an evaluation may visit.
+    fn octaves(&self) -> usize {
+        0
+    }
+    /// Where the parameters of the focus stand, if it depends on the level of detail.
+    fn focus(&self) -> Option<FocusSlot> {
+        None
+    }
+    /// The same primitive with its parameters from `at` on; asked of those with a focus alone.
+    #[must_use]
+    fn stored_at(self, _at: u32) -> Self {
+        self
+    }
     /// The same primitive relative to `origin`, with its parameters stored in the tile.
     #[must_use]
     fn rebase(&self, p: Parameters<f64>, tables: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Self;
@@ -108,10 +145,16 @@ macro_rules! for_each_primitive {
         $then! {
             /// Disc around a centre, constant or with noise.
             Disc disc Disc,
+            /// Disc whose octaves appear with the level of detail.
+            DetailDisc detail_disc DetailDisc,
             /// Polyline with a cross-section.
             Curve curve Curve,
             /// Image on an axis-aligned rectangle.
             Image image ImagePatch,
+            /// Image on a convex quadrangle.
+            Quad quad Quad,
+            /// Images along a curve.
+            Strip strip Strip,
         }
     };
 }
@@ -169,6 +212,33 @@ macro_rules! define {
             }
             fn weight_only(self) -> Code {
                 match self { $(Code::$name(code) => Code::$name(code.weight_only()),)* }
+            }
+            fn pruned(self, p: Parameters<f64>, region: &Region) -> Code {
+                match self { $(Code::$name(code) => Code::$name(code.pruned(p, region)),)* }
+            }
+            fn simplified(
+                self,
+                p: Parameters<f64>,
+                tables: Tables<'_>,
+                region: &Region,
+                slope: f64,
+                noises: &mut Vec<NoiseBounds>,
+            ) -> (Code, f64) {
+                match self {
+                    $(Code::$name(code) => {
+                        let (code, error) = code.simplified(p, tables, region, slope, noises);
+                        (Code::$name(code), error)
+                    })*
+                }
+            }
+            fn octaves(&self) -> usize {
+                match self { $(Code::$name(code) => code.octaves(),)* }
+            }
+            fn focus(&self) -> Option<FocusSlot> {
+                match self { $(Code::$name(code) => code.focus(),)* }
+            }
+            fn stored_at(self, at: u32) -> Code {
+                match self { $(Code::$name(code) => Code::$name(code.stored_at(at)),)* }
             }
             fn rebase(&self, p: Parameters<f64>, tables: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Code {
                 match self { $(Code::$name(code) => Code::$name(code.rebase(p, tables, origin, tile)),)* }

@@ -1,6 +1,7 @@
 //! Tree → program: checks every node, derives what is costly at run time, concatenates consecutive affines.
 
 use super::{Instruction, Layout, Program};
+use crate::operator::affine::Similarity;
 use crate::operator::{Map, Operator, add, blend, replace};
 use crate::primitive::{Authored, Code};
 use crate::tree::{Node, NodeId, Tree};
@@ -85,6 +86,26 @@ impl Compiler<'_> {
             }
             Node::Add { a, b, rule } => {
                 self.combine(&[*a, *b], Operator::Add(add::Code { rule: *rule }))?;
+            }
+            Node::Lod { a, b, lod } => {
+                let code = lod.compile(&mut self.layout).map_err(|problem| fail(&problem))?;
+                self.combine(&[*a, *b], Operator::Lod(code))?;
+            }
+            Node::Masked { a, b, mask } => {
+                let code = mask.compile(&mut self.layout).map_err(|problem| fail(&problem))?;
+                self.emit(*a)?;
+                for translation in mask.probes() {
+                    let aside = Similarity { translation, ..Similarity::default() };
+                    let aside = aside.compile(&mut self.layout).map_err(|problem| fail(&problem))?;
+                    self.within(Map::Affine(aside), *a)?;
+                }
+                self.emit(*b)?;
+                self.code.push(Instruction::Combine(Operator::Masked(code)));
+                self.depth[0] -= 5;
+            }
+            Node::Warp { node, warp } => {
+                let code = warp.compile(&mut self.layout);
+                self.within(Map::Warp(code), *node)?;
             }
             Node::Affine { node, map } => {
                 let (mut map, mut inner) = (*map, *node);

@@ -3,9 +3,11 @@
 mod batch;
 mod bounds;
 mod compile;
+mod focus;
 mod layout;
 mod prune;
 mod run;
+mod simplify;
 mod tile;
 
 pub use batch::{Baked, BatchEvaluator, WIDTH};

@@ -29,7 +29,8 @@ pub struct Pruner<'a> {
 impl Program {
     /// The program for a box. Two rules: an operand with α ≡ 0 leaves (in a blend its term is +0; in a replacement or
     /// an addition of weight rule *keep* the result is operand A, bit for bit); where α_B ≡ 1 in a replacement, A is
-    /// needed for its weight alone and its noises go.
+    /// needed for its weight alone and its noises go; an octave or an operand that the level of detail filters out on the
+    /// whole box leaves.
     pub fn prune(&self, region: Region) -> Program {
         Pruner::new(self).prune(region)
     }
@@ -54,7 +55,7 @@ impl<'a> Pruner<'a> {
                     let absent = weight.hi() <= 0.0;
                     stack.push(Kept { start: code.len(), part: Part { absent, weight } });
                     if !absent {
-                        code.push(*instruction);
+                        code.push(Instruction::Leaf(leaf.pruned(program.tail(leaf.at()), &here)));
                     }
                 }
                 Instruction::Enter(map) => {

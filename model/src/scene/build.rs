@@ -4,6 +4,9 @@ use super::file::{NodeFile, SceneFile};
 use super::{PlacedImage, Scene, SceneError};
 use crate::noise::mix;
 use crate::operator::affine::Similarity;
+use crate::operator::lod::Lod;
+use crate::operator::masked::Mask;
+use crate::operator::warp::{Control, Warp};
 use crate::primitive::for_each_primitive;
 use crate::tree::{Node, NodeId, Tree};
 use glam::DVec2;
@@ -57,7 +60,13 @@ impl<'a> Builder<'a> {
         Builder {
             file,
             scope: Scope { seed: file.seed, images, loaded: BTreeMap::new() },
-            scene: Scene { tree: Tree::new(), layers: BTreeMap::new(), cameras: BTreeMap::new(), paths: Vec::new() },
+            scene: Scene {
+                tree: Tree::new(),
+                layers: BTreeMap::new(),
+                cameras: BTreeMap::new(),
+                focus: None,
+                paths: Vec::new(),
+            },
             known: BTreeMap::new(),
             open: Vec::new(),
         }
@@ -107,6 +116,28 @@ impl<'a> Builder<'a> {
                 b: self.node(b, &format!("{path}.add.b"))?,
                 rule: *weight_rule,
             },
+            NodeFile::Lod { a, b, from, to, passage } => Node::Lod {
+                a: self.node(a, &format!("{path}.lod.a"))?,
+                b: self.node(b, &format!("{path}.lod.b"))?,
+                lod: Lod { from: (*from).into(), to: (*to).into(), passage: *passage },
+            },
+            NodeFile::Masked { a, b, probe, elevation, slope, joining } => Node::Masked {
+                a: self.node(a, &format!("{path}.masked.a"))?,
+                b: self.node(b, &format!("{path}.masked.b"))?,
+                mask: Mask { probe: (*probe).into(), elevation: *elevation, slope: *slope, joining: *joining },
+            },
+            NodeFile::Warp { node, controls } => {
+                let controls: Vec<Control> = controls
+                    .iter()
+                    .map(|c| Control {
+                        centre: DVec2::new(c.centre.0.into(), c.centre.1.into()),
+                        radius: c.radius.into(),
+                        shift: DVec2::new(c.shift.0.into(), c.shift.1.into()),
+                    })
+                    .collect();
+                let warp = Warp::new(&controls).map_err(fail)?;
+                Node::Warp { node: self.node(node, &format!("{path}.warp.node"))?, warp }
+            }
             NodeFile::Affine { node, scale, rotation_degrees, translation, elevation_scale, elevation_offset } => {
                 let map = Similarity {
                     scale: (*scale).into(),

@@ -2,6 +2,8 @@
 
 use super::value::{Finite, Point, Point3, Positive, one};
 use crate::operator::WeightRule;
+use crate::operator::lod::Passage;
+use crate::operator::masked::{Joining, Ramp};
 use crate::primitive::{self, for_each_primitive};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -15,6 +17,9 @@ pub(super) struct SceneFile {
     #[serde(default)]
     pub(super) definitions: BTreeMap<String, NodeFile>,
     pub(super) layers: BTreeMap<String, NodeFile>,
+    /// Where detail is wanted; everywhere when absent.
+    #[serde(default)]
+    pub(super) focus: Option<FocusFile>,
     #[serde(default)]
     pub(super) cameras: BTreeMap<String, CameraFile>,
 }
@@ -26,6 +31,22 @@ pub(super) struct CameraFile {
     pub(super) target: Point3,
     #[serde(default = "field_of_view")]
     pub(super) field_of_view_degrees: Positive,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FocusFile {
+    pub(super) position: Point,
+    pub(super) near: Finite,
+    pub(super) far: Positive,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ControlFile {
+    pub(super) centre: Point,
+    pub(super) radius: Positive,
+    pub(super) shift: Point,
 }
 
 fn field_of_view() -> Positive {
@@ -53,6 +74,31 @@ macro_rules! define {
                 b: Box<NodeFile>,
                 #[serde(default)]
                 weight_rule: WeightRule,
+            },
+            Lod {
+                a: Box<NodeFile>,
+                b: Box<NodeFile>,
+                /// Levels of detail between which `a` gives way to `b`.
+                from: Finite,
+                to: Finite,
+                #[serde(default)]
+                passage: Passage,
+            },
+            Masked {
+                a: Box<NodeFile>,
+                b: Box<NodeFile>,
+                /// Metres to each side over which the slope of `a` is measured.
+                probe: Positive,
+                #[serde(default)]
+                elevation: Option<Ramp>,
+                #[serde(default)]
+                slope: Option<Ramp>,
+                #[serde(default)]
+                joining: Joining,
+            },
+            Warp {
+                node: Box<NodeFile>,
+                controls: Vec<ControlFile>,
             },
             Affine {
                 node: Box<NodeFile>,

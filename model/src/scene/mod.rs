@@ -8,6 +8,7 @@ mod value;
 pub(crate) use build::Scope;
 pub(crate) use value::{Finite, Point, Point3, Positive, one};
 
+use crate::detail::Focus;
 use crate::primitive::image::Image;
 use crate::program::{CompileError, Program};
 use crate::tree::{NodeId, Tree};
@@ -86,6 +87,8 @@ pub struct Scene {
     pub tree: Tree,
     /// The layers by name.
     pub layers: BTreeMap<String, NodeId>,
+    /// Where detail is wanted; everywhere when there is none.
+    pub focus: Option<Focus>,
     /// The cameras by name.
     pub cameras: BTreeMap<String, CameraPlacement>,
     paths: Vec<String>,
@@ -118,6 +121,15 @@ impl Scene {
         for name in file.definitions.keys() {
             builder.definition(name, &format!("definitions.{name}"))?;
         }
+        if let Some(f) = &file.focus {
+            let position = DVec2::new(f.position.0.into(), f.position.1.into());
+            let focus = Focus { position, near: f.near.into(), far: f.far.into() };
+            if !focus.is_sound() {
+                let problem = "expected 0 ≤ near < far".to_owned();
+                return Err(SceneError::Node { path: "focus".to_owned(), problem });
+            }
+            builder.scene.focus = Some(focus);
+        }
         for (name, camera) in &file.cameras {
             let point = |p: Point3| DVec3::new(p.0.into(), p.1.into(), p.2.into());
             let degrees = f64::from(camera.field_of_view_degrees);
@@ -141,9 +153,9 @@ impl Scene {
             let problem = format!("no such layer; the scene has {}", names.join(", "));
             return Err(SceneError::Node { path: format!("layers.{layer}"), problem });
         };
-        Program::compile(&self.tree, *id).map_err(|CompileError { node, problem }| SceneError::Node {
-            path: self.paths.get(node).cloned().unwrap_or_default(),
-            problem,
+        let program = Program::compile(&self.tree, *id);
+        program.map(|program| program.with_focus(self.focus.as_ref())).map_err(|CompileError { node, problem }| {
+            SceneError::Node { path: self.paths.get(node).cloned().unwrap_or_default(), problem }
         })
     }
     /// The layer that is the ground: `bedrock` if there is one, else the first.
