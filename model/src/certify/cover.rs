@@ -10,14 +10,23 @@ pub fn largest_over(
     root: [Interval; 2],
     smallest: f64,
     budget: usize,
+    bound: impl FnMut([Interval; 2]) -> Option<f64>,
+) -> f64 {
+    largest_over_all([root], smallest, budget, bound)
+}
+
+/// [`largest_over`] the union of several boxes, which may overlap.
+pub fn largest_over_all(
+    roots: impl IntoIterator<Item = [Interval; 2]>,
+    smallest: f64,
+    budget: usize,
     mut bound: impl FnMut([Interval; 2]) -> Option<f64>,
 ) -> f64 {
     // Sorted by bound, the largest last.
-    let mut parts: Vec<(f64, [Interval; 2])> = Vec::new();
+    let mut parts: Vec<(f64, [Interval; 2])> =
+        roots.into_iter().filter_map(|root| bound(root).map(|b| (b, root))).collect();
+    parts.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut settled = 0.0f64;
-    if let Some(b) = bound(root) {
-        parts.push((b, root));
-    }
     for _ in 0..budget {
         let Some((largest, part)) = parts.pop() else { return settled };
         if largest <= settled {

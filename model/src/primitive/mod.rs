@@ -54,6 +54,11 @@ pub struct Tables<'a> {
     pub images: &'a [Arc<Image>],
 }
 
+impl Tables<'_> {
+    /// No tables, for primitives that need none.
+    pub(crate) const NONE: Tables<'static> = Tables { octaves: &[], tiled: false, noises: &[], images: &[] };
+}
+
 /// South-west and north-east corners, metres.
 pub type Extent = (DVec2, DVec2);
 
@@ -108,7 +113,7 @@ macro_rules! for_each_primitive {
         $then! {
             /// Disc around a centre, constant or with noise.
             Disc disc Disc,
-            /// Polyline with a cross-section.
+            /// Curve with cross-sections.
             Curve curve Curve,
             /// Image on an axis-aligned rectangle.
             Image image ImagePatch,

@@ -9,7 +9,8 @@ use terrain_model::primitive::Primitive;
 use terrain_model::primitive::curve::Curve;
 use terrain_model::primitive::disc::{Disc, DiscNoise};
 use terrain_model::primitive::image::{Image, ImagePatch};
-use terrain_model::profile::Knot;
+use terrain_model::profile::{Knot, Section};
+use terrain_model::spline::{Path, WayPoint};
 use terrain_model::tree::{Node, NodeId, Tree};
 
 /// A small deterministic generator (SplitMix64).
@@ -37,6 +38,47 @@ impl Random {
 
 /// Half the side of the square in which random trees live, metres.
 pub const HALF: f64 = 500.0;
+
+/// A curve of any kind along `points`.
+fn curve(random: &mut Random, points: Vec<DVec3>) -> Curve {
+    let knot = |distance: f64, height: f64, slope: f64| Knot { distance, height, slope };
+    let valley = vec![knot(-40.0, 8.0, 0.0), knot(0.0, 0.0, 0.0), knot(45.0, 11.0, 0.1)];
+    let braided = vec![
+        knot(-40.0, 6.0, -0.1),
+        knot(-20.0, -1.0, 0.0),
+        knot(0.0, 2.0, 0.0),
+        knot(25.0, -2.0, 0.0),
+        knot(50.0, 9.0, 0.0),
+    ];
+    let path = match random.below(4) {
+        0 => Path::Polyline(points),
+        1 if points.len() % 2 == 1 => Path::Quadratic(points),
+        2 => Path::Road(
+            points
+                .into_iter()
+                .map(|position| WayPoint {
+                    position,
+                    radius: random.range(20.0, 60.0),
+                    transition: random.range(0.0, 30.0),
+                })
+                .collect(),
+        ),
+        _ => Path::Smooth(points),
+    };
+    let mut sections = vec![Section { at: 0.0, profile: valley }];
+    if random.below(2) == 0 {
+        sections.push(Section { at: random.range(100.0, 300.0), profile: braided });
+    }
+    let radius = random.range(60.0, 150.0);
+    Curve {
+        path,
+        radius,
+        weight: random.range(0.8, 1.3),
+        joint: random.range(15.0, 40.0),
+        tolerance: random.range(0.002, 0.02) * radius,
+        sections,
+    }
+}
 
 fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
     let c = random.point(HALF);
@@ -79,18 +121,7 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
                     DVec3::new(p.x, p.y, 40.0 - 3.0 * k as f64 + random.range(-1.0, 1.0))
                 })
                 .collect();
-            Curve {
-                points,
-                radius: random.range(60.0, 150.0),
-                weight: random.range(0.8, 1.3),
-                joint: random.range(15.0, 40.0),
-                profile: vec![
-                    Knot { distance: -40.0, height: 8.0, slope: 0.0 },
-                    Knot { distance: 0.0, height: 0.0, slope: 0.0 },
-                    Knot { distance: 45.0, height: 11.0, slope: 0.1 },
-                ],
-            }
-            .into()
+            curve(random, points).into()
         }
         _ => {
             let (w, h) = (20 + random.below(30) as usize, 20 + random.below(30) as usize);
