@@ -163,15 +163,7 @@ impl Leaf for Code {
     }
     #[inline(always)]
     fn sample<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, _: Tables<'_>, x: [R; 2]) -> Operand<R> {
-        let chain = self.chain(p);
-        let nearest = chain.nearest_squared(x);
-        let weight = p.get::<R>(1) * wyvill(nearest * p.get::<R>(0));
-        if !R::zero().less(weight).may_hold() {
-            return Operand::new(R::zero(), weight);
-        }
-        let section = p.from(WIDTH + skeleton::width(usize::from(self.arcs)));
-        let elevation = chain.elevation(x, nearest, |side, s| self.sections.evaluate(section, side, s));
-        Operand::new(elevation, weight)
+        self.along(self.chain(p), p, x)
     }
     fn weight_range(&self, p: Parameters<f64>, region: &Region) -> Interval {
         let nearest = self.chain(p).nearest_squared(region.extent);
@@ -209,17 +201,36 @@ impl Leaf for Code {
 }
 
 /// Boxes that the compiler looks at to bound the slope of one curve.
-const COMPILE_BUDGET: usize = 20_000;
+const COMPILE_BUDGET: usize = 2_000;
 
 impl Code {
     #[inline(always)]
     fn chain<'a, P: Copy + Into<f64>>(&self, p: Parameters<'a, P>) -> Chain<'a, P> {
         Chain::new(p.from(WIDTH), usize::from(self.arcs))
     }
+    /// Elevation and weight with `chain` as the skeleton.
+    #[inline(always)]
+    fn along<R: Number, P: Copy + Into<f64>, Q: Copy + Into<f64>>(
+        &self,
+        chain: Chain<Q>,
+        p: Parameters<P>,
+        x: [R; 2],
+    ) -> Operand<R> {
+        let nearest = chain.nearest_squared(x);
+        let weight = p.get::<R>(1) * wyvill(nearest * p.get::<R>(0));
+        if !R::zero().less(weight).may_hold() {
+            return Operand::new(R::zero(), weight);
+        }
+        let section = p.from(WIDTH + skeleton::width(usize::from(self.arcs)));
+        let elevation = chain.elevation(x, nearest, |side, s| self.sections.evaluate(section, side, s));
+        Operand::new(elevation, weight)
+    }
     /// Elevation, weight with its gradient, and slope over a box.
     fn enclose(&self, p: Parameters<f64>, extent: [Interval; 2]) -> (Interval, Dual<Interval, 2>, f64) {
         let x = [Dual::<Interval, 2>::variable(extent[0], 0), Dual::variable(extent[1], 1)];
-        let Operand { elevation, weight, .. } = self.sample(p, Tables::NONE, x);
+        // Duals are costly: they see only the arcs that matter here.
+        let (near, count) = self.chain(p).near(extent);
+        let Operand { elevation, weight, .. } = self.along(Chain::new(Parameters(&near), count), p, x);
         (elevation.value, weight, Interval::length(elevation.slope[0], elevation.slope[1]).hi())
     }
     /// A slope bound over the whole support.
@@ -229,9 +240,17 @@ impl Code {
         let around = |[x, y, w, h]: [f64; 4]| {
             [(x, w), (y, h)].map(|(middle, half)| Interval::point(middle) + Interval::symmetric(half) + reach)
         };
-        largest_over_all(self.chain(p).boxes().map(around), 0.25 * joint, COMPILE_BUDGET, |extent| {
+        // Weights of the arcs at a joint change over a squared distance of s², which far from the skeleton is a short way.
+        let smallest = (joint / 16.0).min(joint * joint * p.0[0].sqrt() / 64.0);
+        let bound = |extent: [Interval; 2]| {
             let u = self.chain(p).nearest_squared(extent) * Interval::point(p.0[0]);
             (u.lo() < 1.0).then(|| self.enclose(p, extent).2)
-        })
+        };
+        let attained = |[x, y]: [f64; 2]| {
+            let Operand { elevation, weight, .. } =
+                self.sample(p, Tables::NONE, [Dual::<f64, 2>::variable(x, 0), Dual::variable(y, 1)]);
+            if weight.value > 0.0 { DVec2::from_array(elevation.slope).length() } else { 0.0 }
+        };
+        largest_over_all(self.chain(p).boxes().map(around), smallest, COMPILE_BUDGET, bound, attained)
     }
 }

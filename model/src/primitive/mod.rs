@@ -2,6 +2,7 @@
 //! is compiled, with its formula over any [`Number`] and its bounds. A new primitive is a file and a line in
 //! `for_each_primitive!`.
 
+pub mod contour;
 pub mod curve;
 pub mod disc;
 pub mod image;
@@ -115,6 +116,8 @@ macro_rules! for_each_primitive {
             Disc disc Disc,
             /// Curve with cross-sections.
             Curve curve Curve,
+            /// Closed contour with radial cross-sections.
+            Contour contour Contour,
             /// Image on an axis-aligned rectangle.
             Image image ImagePatch,
         }

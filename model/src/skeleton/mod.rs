@@ -4,6 +4,7 @@
 pub mod arc;
 
 use crate::falloff::wyvill;
+use crate::interval::Interval;
 use crate::primitive::{Number, Parameters};
 use crate::real::{Mask, Operand};
 use arc::{Place, Stretch, surely_less};
@@ -85,6 +86,26 @@ impl<'a, P: Copy + Into<f64>> Chain<'a, P> {
         let p = self.p.from(HEADER + run * RUN_WIDTH);
         let over = |k: usize| ((x[k] - p.get::<R>(k)).abs() - p.get::<R>(k + 2)).max(R::zero());
         over(0).square() + over(1).square()
+    }
+    /// Parameters of a chain of the arcs that decide anywhere on a box, and their number: the others are farther than the
+    /// nearest by more than the joint, or beyond the support.
+    pub fn near(&self, x: [Interval; 2]) -> (Vec<f64>, usize) {
+        let nearest = self.nearest_squared(x);
+        let far = nearest + self.p.get(2);
+        let mut arcs: Vec<f64> = Vec::new();
+        for run in (0..self.runs()).filter(|run| !surely_less(far, self.least_squared(*run, x))) {
+            for k in self.of_run(run) {
+                if !surely_less(far, arc::place(self.arc(k), x).distance_squared) {
+                    arcs.extend(self.arc(k).0[..arc::WIDTH].iter().map(|v| (*v).into()));
+                }
+            }
+        }
+        let count = arcs.len() / arc::WIDTH;
+        let mut out: Vec<f64> = (0..HEADER).map(|k| self.p.0[k].into()).collect();
+        // Boxes that hold everything: what is left is not passed over again.
+        out.extend([0.0, 0.0, f64::INFINITY, f64::INFINITY].repeat(count.div_ceil(RUN)));
+        out.extend(arcs);
+        (out, count)
     }
     /// Squared distance to the skeleton, metres²; something beyond the support where that is far.
     #[inline(always)]

@@ -116,9 +116,7 @@ fn smooth(abscissae: &[f64], knots: &[Knot]) -> Vec<[[f64; 2]; 2]> {
 /// Lowers grades to three times the mean grade of the stretches beside them, at which a cubic is still monotone (Fritsch and
 /// Carlson 1980). An extremum between two places is left alone.
 fn limit(abscissae: &[f64], places: &mut [(f64, f64)]) {
-    let mean = |places: &[(f64, f64)], a: usize| {
-        (places[a + 1].0 - places[a].0) / (abscissae[a + 1] - abscissae[a])
-    };
+    let mean = |places: &[(f64, f64)], a: usize| (places[a + 1].0 - places[a].0) / (abscissae[a + 1] - abscissae[a]);
     for k in 0..places.len() {
         for side in [k.checked_sub(1), (k + 1 < places.len()).then_some(k)].into_iter().flatten() {
             let (own, mean) = (places[k].1, mean(places, side));

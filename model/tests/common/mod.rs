@@ -6,6 +6,7 @@ use terrain_model::noise::{Combination, Octaves};
 use terrain_model::operator::WeightRule;
 use terrain_model::operator::affine::Similarity;
 use terrain_model::primitive::Primitive;
+use terrain_model::primitive::contour::{Contour, Ray};
 use terrain_model::primitive::curve::Curve;
 use terrain_model::primitive::disc::{Disc, DiscNoise};
 use terrain_model::primitive::image::{Image, ImagePatch};
@@ -80,9 +81,30 @@ fn curve(random: &mut Random, points: Vec<DVec3>) -> Curve {
     }
 }
 
+/// A lake of 3 to 7 rays.
+fn contour(random: &mut Random, centre: DVec2) -> Contour {
+    let knot = |distance: f64, height: f64, slope: f64| Knot { distance, height, slope };
+    let ray = |random: &mut Random| Ray {
+        angle: None,
+        radius: random.range(60.0, 150.0),
+        profile: vec![
+            knot(-40.0, -6.0, 0.0),
+            knot(0.0, 0.0, random.range(0.0, 0.3)),
+            knot(random.range(20.0, 60.0), random.range(2.0, 15.0), random.range(-0.1, 0.2)),
+        ],
+    };
+    Contour {
+        centre: centre.extend(random.range(-10.0, 40.0)),
+        orientation: random.range(-3.0, 3.0),
+        rays: (0..3 + random.below(5)).map(|_| ray(random)).collect(),
+        reach: random.range(50.0, 150.0),
+        weight: random.range(0.7, 1.3),
+    }
+}
+
 fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
     let c = random.point(HALF);
-    let node: Primitive = match random.below(6) {
+    let node: Primitive = match random.below(7) {
         0 => Disc {
             centre: DVec3::new(c.x, c.y, random.range(-50.0, 100.0)),
             radius: random.range(50.0, 600.0),
@@ -123,6 +145,7 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
                 .collect();
             curve(random, points).into()
         }
+        5 => contour(random, c).into(),
         _ => {
             let (w, h) = (20 + random.below(30) as usize, 20 + random.below(30) as usize);
             let samples = (0..w * h).map(|_| random.range(0.0, 30.0) as f32).collect();
