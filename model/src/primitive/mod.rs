@@ -6,6 +6,8 @@ pub mod contour;
 pub mod curve;
 pub mod disc;
 pub mod image;
+pub mod river;
+pub mod road;
 
 use crate::bounds::{Bounds, Region};
 use crate::interval::Interval;

@@ -2,6 +2,7 @@
 //! with boxes, so that the cost at a point does not grow with the length of the chain.
 
 pub mod arc;
+mod enclose;
 
 use crate::falloff::wyvill;
 use crate::interval::Interval;

@@ -1,4 +1,5 @@
 //! Random trees for the laws that every tree must obey.
+#![allow(dead_code)] // Each test uses its own part.
 
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
