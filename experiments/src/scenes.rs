@@ -15,6 +15,9 @@ pub const BUILTIN: &str = "builtin:";
 const SCENES: &[(&str, &str)] = &[
     ("demo", include_str!("../scenes/demo.ron")),
     ("fig3", include_str!("../scenes/fig3.ron")),
+    ("fig6_river", include_str!("../scenes/fig6_river.ron")),
+    ("fig7_lake", include_str!("../scenes/fig7_lake.ron")),
+    ("fig22_road", include_str!("../scenes/fig22_road.ron")),
     ("fig19", include_str!("../scenes/fig19.ron")),
 ];
 

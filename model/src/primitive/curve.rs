@@ -200,8 +200,8 @@ impl Leaf for Code {
     }
 }
 
-/// Boxes that the compiler looks at to bound the slope of one curve.
-const COMPILE_BUDGET: usize = 500;
+/// Boxes that the compiler splits for each arc to bound the slope of one curve; for five arcs at least and for fifty at most.
+const COMPILE_BUDGET: usize = 100;
 
 impl Code {
     #[inline(always)]
@@ -250,6 +250,7 @@ impl Code {
         };
         // Weights of the arcs at a joint change over a squared distance of s², which far from the skeleton is a short way.
         let smallest = (joint / 16.0).min(joint * joint * p.0[0].sqrt() / 64.0);
+        let budget = (COMPILE_BUDGET * usize::from(self.arcs)).clamp(5 * COMPILE_BUDGET, 50 * COMPILE_BUDGET);
         let bound = |extent: [Interval; 2]| {
             let u = self.chain(p).nearest_squared(extent) * Interval::point(p.0[0]);
             (u.lo() < 1.0).then(|| self.enclose(p, extent).2)
@@ -259,6 +260,6 @@ impl Code {
                 self.sample(p, Tables::NONE, [Dual::<f64, 2>::variable(x, 0), Dual::variable(y, 1)]);
             if weight.value > 0.0 { DVec2::from_array(elevation.slope).length() } else { 0.0 }
         };
-        largest_over_all(self.chain(p).boxes().map(around), smallest, COMPILE_BUDGET, bound, attained)
+        largest_over_all(self.chain(p).boxes().map(around), smallest, budget, bound, attained)
     }
 }

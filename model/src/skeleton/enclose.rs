@@ -13,7 +13,7 @@ use crate::real::{Operand, Real};
 type Slope = Dual<Interval, 2>;
 
 /// Arcs that are compared pair by pair; a box with more is split before it is worth the effort.
-const MOST: usize = 12;
+const MOST: usize = 24;
 
 /// A quantity over the box, and in its middle.
 #[derive(Clone, Copy)]

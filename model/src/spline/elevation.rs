@@ -70,7 +70,8 @@ pub(super) fn stretches(arcs: &[Arc], elevations: &Elevations, reach: f64) -> Ve
             // Past a joint elevation goes on with the shallower of the neighbour's grade at the joint and its mean: then no
             // part of a mean lies on the far side of the neighbour, and a river that falls keeps falling.
             let past = |neighbour: Option<usize>, side: usize| {
-                let Some(n) = neighbour else { return 0.0 };
+                // Beyond the ends of a chain its own grade goes on, so that curves that continue each other blend into one.
+                let Some(n) = neighbour else { return grade[side] };
                 let at_joint = ends[n][1][1 - side];
                 let (length, run) = (arcs[n].length, reach.min(arcs[n].length));
                 let knot = |e: usize, s: f64| Knot { abscissa: s, elevation: ends[n][0][e], grade: ends[n][1][e] };

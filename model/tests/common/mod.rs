@@ -77,7 +77,7 @@ fn curve(random: &mut Random, points: Vec<DVec3>) -> Curve {
         radius,
         weight: random.range(0.8, 1.3),
         joint: random.range(15.0, 40.0),
-        tolerance: random.range(0.002, 0.02) * radius,
+        tolerance: random.range(0.01, 0.05) * radius,
         sections,
     }
 }

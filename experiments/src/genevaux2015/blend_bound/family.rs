@@ -10,8 +10,8 @@ use terrain_model::bounds::{Region, THRESHOLD};
 use terrain_model::certify::slope::{SlopeSupremum, slope_supremum};
 use terrain_model::operator::BlendRule;
 use terrain_model::primitive::curve::Curve;
-use terrain_model::spline::Path;
 use terrain_model::program::{BoundsEvaluator, Program};
+use terrain_model::spline::Path;
 use terrain_model::tree::{Node, NodeId, Tree};
 
 /// A blend with what is said and what is certified of its slope on the terrain.
