@@ -213,7 +213,7 @@ impl Authored for Contour {
 }
 
 /// Boxes that the compiler looks at to bound each slope of a contour.
-const COMPILE_BUDGET: usize = 500;
+const COMPILE_BUDGET: usize = 300;
 
 impl Code {
     fn stride(self) -> usize {
@@ -232,7 +232,8 @@ impl Code {
             let direction = ray(k).pair::<R>(0);
             direction[0] * v[1] - direction[1] * v[0]
         };
-        let (mut height, mut past) = (zero, distance);
+        // The centre itself lies in no sector; it is as high as the start of every profile.
+        let (mut height, mut past) = (ray(0).get::<R>(RAY_WIDTH + 1), distance - ray(0).get(2));
         let first = beside(0);
         let mut after = first;
         let mut entered = false;

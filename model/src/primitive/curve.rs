@@ -9,7 +9,7 @@ use super::{Authored, Extent, Leaf, Number, Parameters, Tables};
 use crate::bounds::{Bounds, Region, times_up};
 use crate::certify::cover::largest_over_all;
 use crate::dual::Dual;
-use crate::falloff::{WYVILL_SLOPE, wyvill};
+use crate::falloff::{wyvill, wyvill_steepness};
 use crate::interval::Interval;
 use crate::profile::{self, Knot, Section, Sections};
 use crate::program::{Layout, TileLayout};
@@ -123,7 +123,7 @@ impl File {
     }
 }
 
-/// Parameters before those of the chain: 1/r², weight, slope bound over the whole support.
+/// Parameters before those of the chain: 1/r², weight, 1/r.
 const WIDTH: usize = 3;
 
 /// A compiled curve.
@@ -143,11 +143,13 @@ impl Authored for Curve {
         }
         let stretches = path.stretches(*tolerance, *joint)?;
         let (sections, section_parameters) = profile::compile_sections(sections)?;
-        let mut parameters = vec![1.0 / (radius * radius), *weight, f64::INFINITY];
+        let mut parameters = vec![1.0 / (radius * radius), *weight, 1.0 / radius];
         parameters.extend(skeleton::parameters(&stretches, *radius, *joint));
         parameters.extend(section_parameters);
         let mut code = Code { at: 0, arcs: stretches.len() as u16, sections };
-        parameters[2] = code.support_slope(&parameters, *joint);
+        for (run, slope) in code.slopes(&parameters, *joint).into_iter().enumerate() {
+            parameters[WIDTH + skeleton::slope_of_run(run)] = slope;
+        }
         code.at = out.store(parameters);
         Ok(code)
     }
@@ -170,19 +172,24 @@ impl Leaf for Code {
         let range = Interval::point(p.0[1]) * wyvill(nearest * Interval::point(p.0[0]));
         if range.hi() <= 0.0 { Interval::ZERO } else { Interval::new(range.lo().max(0.0), range.hi()) }
     }
-    /// The formula itself on duals of intervals over the region's extent, met with the bound over the whole support (which
-    /// the compiler certified) and with λ_α ≤ w·L/r.
+    /// Ranges by the formula on intervals, λ_α ≤ w·max |g′|/r over the distances met (distance is 1-Lipschitz), and the slope
+    /// that the compiler certified around the runs that the region comes near. Where that is steep and the region small, the
+    /// formula on duals of intervals may say less.
     fn bounds(&self, p: Parameters<f64>, _: Tables<'_>, region: &Region) -> Bounds {
-        let u = self.chain(p).nearest_squared(region.extent) * Interval::point(p.0[0]);
+        let chain = self.chain(p);
+        let u = chain.nearest_squared(region.extent) * Interval::point(p.0[0]);
         if u.lo() >= 1.0 {
             return Bounds::ABSENT;
         }
-        let (elevation, weight, slope) = self.enclose(p, region.extent);
-        let range = weight.value.meet(Interval::point(p.0[1]) * wyvill(u));
-        let global = times_up(p.0[1], (Real::sqrt(Interval::point(p.0[0])) * Interval::point(WYVILL_SLOPE)).hi());
-        let local = Interval::length(weight.slope[0], weight.slope[1]).hi();
-        let range = Interval::new(range.lo().max(0.0), range.hi());
-        Bounds::primitive(elevation, range, slope.min(p.0[2]), local.min(global))
+        let Operand { elevation, weight, .. } = self.along(chain, p, region.extent);
+        let range = Interval::new(weight.lo().max(0.0), weight.hi());
+        let weight_slope = times_up(p.0[1], times_up(wyvill_steepness(u), p.0[2].next_up()));
+        let mut slope = self.slope_near(p, region.extent);
+        let width = region.extent[0].width().max(region.extent[1].width());
+        if slope > STEEP && width < p.0[WIDTH + 1] {
+            slope = slope.min(self.enclose(p, region.extent));
+        }
+        Bounds::primitive(elevation, range, slope, weight_slope)
     }
     fn support(&self, p: Parameters<f64>) -> Option<Extent> {
         let radius = DVec2::splat(1.0 / p.0[0].sqrt());
@@ -200,8 +207,10 @@ impl Leaf for Code {
     }
 }
 
-/// Boxes that the compiler splits for each arc to bound the slope of one curve; for five arcs at least and for fifty at most.
-const COMPILE_BUDGET: usize = 100;
+/// Boxes that the compiler splits to bound the slope around one run of arcs.
+const COMPILE_BUDGET: usize = 150;
+/// Slopes up to this one are not worth the effort of looking closer.
+const STEEP: f64 = 3.0;
 
 impl Code {
     #[inline(always)]
@@ -225,41 +234,49 @@ impl Code {
         let elevation = chain.elevation(x, nearest, |side, s| self.sections.evaluate(section, side, s));
         Operand::new(elevation, weight)
     }
-    /// Elevation, weight with its gradient, and slope over a box.
-    fn enclose(&self, p: Parameters<f64>, extent: [Interval; 2]) -> (Interval, Dual<Interval, 2>, f64) {
+    /// A slope bound over a box.
+    fn enclose(&self, p: Parameters<f64>, extent: [Interval; 2]) -> f64 {
         let x = [Dual::<Interval, 2>::variable(extent[0], 0), Dual::variable(extent[1], 1)];
         // Duals are costly: they see only the arcs that matter here.
         let (near, count) = self.chain(p).near(extent);
         let chain = Chain::new(Parameters(&near[..]), count);
-        let mut both = self.along(chain, p, x);
+        let mut elevation = self.along(chain, p, x).elevation;
         let section = p.from(WIDTH + skeleton::width(usize::from(self.arcs)));
         if count > 1
             && let Some(tight) = chain.enclose(extent, self.sections, section)
         {
-            both.elevation = both.elevation.tighten(tight);
+            elevation = elevation.tighten(tight);
         }
-        let Operand { elevation, weight, .. } = both;
-        (elevation.value, weight, Interval::length(elevation.slope[0], elevation.slope[1]).hi())
+        Interval::length(elevation.slope[0], elevation.slope[1]).hi()
     }
-    /// A slope bound over the whole support.
-    fn support_slope(&self, p: &[f64], joint: f64) -> f64 {
-        let p = Parameters(p);
-        let reach = Interval::symmetric(Real::sqrt(Interval::point(1.0) / Interval::point(p.0[0])).hi());
-        let around = |[x, y, w, h]: [f64; 4]| {
+    /// Boxes around the runs, as wide as the support.
+    fn around(&self, p: Parameters<f64>) -> impl Iterator<Item = [Interval; 2]> {
+        let reach = Interval::symmetric((1.0 / p.0[0].sqrt()) * (1.0 + 1e-12));
+        self.chain(p).boxes().map(move |[x, y, w, h]| {
             [(x, w), (y, h)].map(|(middle, half)| Interval::point(middle) + Interval::symmetric(half) + reach)
-        };
+        })
+    }
+    /// The largest of the slope bounds around the runs whose support may reach a box.
+    fn slope_near(&self, p: Parameters<f64>, extent: [Interval; 2]) -> f64 {
+        let meets = |a: Interval, b: Interval| a.lo() <= b.hi() && b.lo() <= a.hi();
+        let near = |around: &[Interval; 2]| meets(around[0], extent[0]) && meets(around[1], extent[1]);
+        let slopes = self.around(p).enumerate().filter(|(_, around)| near(around));
+        slopes.fold(0.0, |slope, (run, _)| slope.max(p.0[WIDTH + skeleton::slope_of_run(run)]))
+    }
+    /// A slope bound around each run, over its support.
+    fn slopes(&self, p: &[f64], joint: f64) -> Vec<f64> {
+        let p = Parameters(p);
         // Weights of the arcs at a joint change over a squared distance of s², which far from the skeleton is a short way.
-        let smallest = (joint / 16.0).min(joint * joint * p.0[0].sqrt() / 64.0);
-        let budget = (COMPILE_BUDGET * usize::from(self.arcs)).clamp(5 * COMPILE_BUDGET, 50 * COMPILE_BUDGET);
+        let smallest = (joint / 16.0).min(joint * joint * p.0[2] / 64.0);
         let bound = |extent: [Interval; 2]| {
             let u = self.chain(p).nearest_squared(extent) * Interval::point(p.0[0]);
-            (u.lo() < 1.0).then(|| self.enclose(p, extent).2)
+            (u.lo() < 1.0).then(|| self.enclose(p, extent))
         };
         let attained = |[x, y]: [f64; 2]| {
             let Operand { elevation, weight, .. } =
                 self.sample(p, Tables::NONE, [Dual::<f64, 2>::variable(x, 0), Dual::variable(y, 1)]);
             if weight.value > 0.0 { DVec2::from_array(elevation.slope).length() } else { 0.0 }
         };
-        largest_over_all(self.chain(p).boxes().map(around), smallest, budget, bound, attained)
+        self.around(p).map(|root| largest_over_all([root], smallest, COMPILE_BUDGET, bound, attained)).collect()
     }
 }

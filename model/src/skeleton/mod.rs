@@ -13,8 +13,8 @@ use glam::DVec2;
 
 /// Arcs of a run.
 const RUN: usize = 8;
-/// Parameters of a run: middle of its box, half its width and height.
-const RUN_WIDTH: usize = 4;
+/// Parameters of a run: middle of its box, half its width and height, and a slope bound of what lies around it.
+const RUN_WIDTH: usize = 5;
 /// Parameters before the runs: 1/s², s, s², and a squared distance beyond the support; s is the joint.
 const HEADER: usize = 4;
 
@@ -41,7 +41,7 @@ pub(crate) fn parameters(stretches: &[Stretch], radius: f64, joint: f64) -> Vec<
         }
         // Wider than what rounding to f32 can move an arc by: a run that is passed over is never the nearest.
         let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo) + DVec2::splat(0.01 * radius));
-        out.extend([middle.x, middle.y, half.x, half.y]);
+        out.extend([middle.x, middle.y, half.x, half.y, f64::INFINITY]);
     }
     for stretch in stretches {
         out.extend(stretch.parameters());
@@ -57,6 +57,11 @@ pub(crate) fn rebase(parameters: &mut [f64], arcs: usize, origin: DVec2) {
         placed[0] -= origin.x;
         placed[1] -= origin.y;
     }
+}
+
+/// Where the slope bound of a run stands in the parameters of its chain.
+pub(crate) fn slope_of_run(run: usize) -> usize {
+    HEADER + run * RUN_WIDTH + 4
 }
 
 /// Candidates that are averaged together; more are averaged in turns.
@@ -78,8 +83,8 @@ impl<'a, P: Copy + Into<f64>> Chain<'a, P> {
         self.p.from(HEADER + self.runs() * RUN_WIDTH + k * arc::WIDTH)
     }
     /// Middles and half sizes of the boxes of the runs.
-    pub fn boxes(&self) -> impl Iterator<Item = [f64; 4]> {
-        (0..self.runs()).map(|run| [0, 1, 2, 3].map(|k| self.p.0[HEADER + run * RUN_WIDTH + k].into()))
+    pub fn boxes(self) -> impl Iterator<Item = [f64; 4]> + use<'a, P> {
+        (0..self.runs()).map(move |run| [0, 1, 2, 3].map(|k| self.p.0[HEADER + run * RUN_WIDTH + k].into()))
     }
     /// No arc of the run is nearer than the root of this.
     #[inline(always)]
@@ -104,7 +109,7 @@ impl<'a, P: Copy + Into<f64>> Chain<'a, P> {
         let count = arcs.len() / arc::WIDTH;
         let mut out: Vec<f64> = (0..HEADER).map(|k| self.p.0[k].into()).collect();
         // Boxes that hold everything: what is left is not passed over again.
-        out.extend([0.0, 0.0, f64::INFINITY, f64::INFINITY].repeat(count.div_ceil(RUN)));
+        out.extend([0.0, 0.0, f64::INFINITY, f64::INFINITY, f64::INFINITY].repeat(count.div_ceil(RUN)));
         out.extend(arcs);
         (out, count)
     }
