@@ -22,6 +22,9 @@ const SCENES: &[(&str, &str)] = &[
     ("fig14_warp", include_str!("../scenes/fig14_warp.ron")),
     ("fig15_instances", include_str!("../scenes/fig15_instances.ron")),
     ("fig16_lod", include_str!("../scenes/fig16_lod.ron")),
+    ("fig6_river", include_str!("../scenes/fig6_river.ron")),
+    ("fig7_lake", include_str!("../scenes/fig7_lake.ron")),
+    ("fig22_road", include_str!("../scenes/fig22_road.ron")),
     ("fig19", include_str!("../scenes/fig19.ron")),
 ];
 

@@ -1,5 +1,6 @@
 //! Wyvill's falloff and the quintic fade: the two polynomials that every weight and every lattice noise is made of.
 
+use crate::interval::Interval;
 use crate::real::Real;
 
 /// Largest slope of the falloff g(x) = (1 − x²)³ for unit radius: 96·√5 / 125, at x = 1/√5, rounded up.
@@ -16,6 +17,21 @@ pub fn wyvill<R: Real>(u: R) -> R {
     v.square() * v
 }
 
+/// The largest |g′| over the squared relative distances `u`: 6·√u·(1 − u)² rises up to u = 1/5 and falls after it.
+pub fn wyvill_steepness(u: Interval) -> f64 {
+    let at = |u: f64| {
+        let u = Interval::point(u);
+        (Interval::point(6.0) * Real::sqrt(u) * Real::max(Interval::point(1.0) - u, Interval::ZERO).square()).hi()
+    };
+    if u.hi() < 0.2 {
+        at(u.hi())
+    } else if u.lo() > 0.2 {
+        at(u.lo())
+    } else {
+        WYVILL_SLOPE
+    }
+}
+
 /// The quintic fade 6t⁵ − 15t⁴ + 10t³ on [0, 1] and its derivative 30·t²(1−t)².
 #[inline(always)]
 pub fn fade<R: Real>(t: R) -> (R, R) {
@@ -30,7 +46,6 @@ pub fn fade<R: Real>(t: R) -> (R, R) {
 mod tests {
     use super::*;
     use crate::dual::Dual;
-    use crate::interval::Interval;
 
     #[test]
     fn wyvill_slope_is_attained_at_one_over_root_five() {

@@ -18,5 +18,7 @@ pub mod program;
 pub mod real;
 pub mod rounding;
 pub mod scene;
+pub mod skeleton;
+pub mod spline;
 pub mod trace;
 pub mod tree;

@@ -10,16 +10,31 @@ pub fn largest_over(
     root: [Interval; 2],
     smallest: f64,
     budget: usize,
+    bound: impl FnMut([Interval; 2]) -> Option<f64>,
+) -> f64 {
+    largest_over_all([root], smallest, budget, bound, |_| 0.0)
+}
+
+/// A bound is good enough when it is this many times what is attained.
+const ENOUGH: f64 = 1.1;
+
+/// [`largest_over`] the union of several boxes, which may overlap. `attained` is what is bounded, at one point: a part whose
+/// bound is little more than what is attained somewhere is not split.
+pub fn largest_over_all(
+    roots: impl IntoIterator<Item = [Interval; 2]>,
+    smallest: f64,
+    budget: usize,
     mut bound: impl FnMut([Interval; 2]) -> Option<f64>,
+    mut attained: impl FnMut([f64; 2]) -> f64,
 ) -> f64 {
     // Sorted by bound, the largest last.
-    let mut parts: Vec<(f64, [Interval; 2])> = Vec::new();
+    let mut parts: Vec<(f64, [Interval; 2])> =
+        roots.into_iter().filter_map(|root| bound(root).map(|b| (b, root))).collect();
+    parts.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut settled = 0.0f64;
-    if let Some(b) = bound(root) {
-        parts.push((b, root));
-    }
     for _ in 0..budget {
         let Some((largest, part)) = parts.pop() else { return settled };
+        settled = settled.max(ENOUGH * attained(part.map(Interval::middle)));
         if largest <= settled {
             return settled;
         }

@@ -175,8 +175,9 @@ pub(crate) mod tests {
     use crate::operator::WeightRule;
     use crate::primitive::curve::Curve;
     use crate::primitive::disc::{Disc, DiscNoise};
-    use crate::profile::Knot;
+    use crate::profile::{Knot, Section};
     use crate::program::Program;
+    use crate::spline::Path;
     use crate::tree::{Node, Tree};
 
     pub(crate) fn disc(at: (f64, f64), radius: f64, elevation: f64, noise: Option<DiscNoise>) -> Node {
@@ -200,11 +201,16 @@ pub(crate) mod tests {
         let a = tree.push(Node::Blend(parts.to_vec()));
         let knot = |distance, height| Knot { distance, height, slope: 0.0 };
         let b = tree.push(Curve {
-            points: vec![DVec3::new(-10.0, 50.0, 9.0), DVec3::new(30.0, 30.0, 8.0), DVec3::new(70.0, 20.0, 6.0)],
+            path: Path::Polyline(vec![
+                DVec3::new(-10.0, 50.0, 9.0),
+                DVec3::new(30.0, 30.0, 8.0),
+                DVec3::new(70.0, 20.0, 6.0),
+            ]),
+            tolerance: 0.1,
             radius: 12.0,
             weight: 1.0,
             joint: 4.0,
-            profile: vec![knot(-8.0, 4.0), knot(0.0, 0.0), knot(8.0, 4.0)],
+            sections: vec![Section { at: 0.0, profile: vec![knot(-8.0, 4.0), knot(0.0, 0.0), knot(8.0, 4.0)] }],
         });
         let root = tree.push(Node::Replace { a, b, rule: WeightRule::Keep });
         Program::compile(&tree, root).unwrap()

@@ -1,112 +1,157 @@
-//! Curve primitive on segments and polylines (Génevaux 2015 §4.1, Fig. 6): elevation along the skeleton plus a
-//! cross-section of the signed distance.
+//! Curve primitive (Génevaux 2015 §4.1, Fig. 6): elevation along a skeleton plus a cross-section of the signed distance.
 //!
-//! The paper takes the elevation of the nearest point, which jumps on the medial axis (claims G22). Here the segments
-//! whose squared distance exceeds the smallest by less than s² (s the *joint*, metres) are averaged with Wyvill
-//! weights of that excess: their sum is at least 1, so elevation is Lipschitz, and on a straight reach the skeleton's
-//! own descent is kept.
+//! The paper takes the elevation of the nearest point, which jumps on the medial axis (claims G22). Here the arcs of the
+//! skeleton whose squared distance exceeds the smallest by less than s² (s the *joint*, metres) are averaged with Wyvill
+//! weights of that excess: their sum is at least 1, so elevation is Lipschitz. Near a joint each arc carries its neighbour's
+//! elevation on, so that the mean of the two is the elevation of the skeleton.
 
-use super::{Authored, Extent, Leaf, Number, Parameters, Tables, around};
+use super::{Authored, Extent, Leaf, Number, Parameters, Tables};
 use crate::bounds::{Bounds, Region, times_up};
-use crate::certify::cover::largest_over;
+use crate::certify::cover::largest_over_all;
 use crate::dual::Dual;
-use crate::falloff::{WYVILL_SLOPE, wyvill};
+use crate::falloff::{wyvill, wyvill_steepness};
 use crate::interval::Interval;
-use crate::profile::{self, Knot};
+use crate::profile::{self, Knot, Section, Sections};
 use crate::program::{Layout, TileLayout};
 use crate::real::{Mask, Operand, Real};
 use crate::scene::{Point3, Positive, Scope, one};
+use crate::skeleton::{self, Chain};
+use crate::spline::Path;
 use glam::{DVec2, DVec3};
 use serde::Deserialize;
 
-/// A polyline with a cross-section. Lengths in metres.
+/// A curve with cross-sections. Lengths in metres.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Vertices with elevations, at least two, no two neighbours equal in the plane.
-    pub points: Vec<DVec3>,
+    /// The skeleton, with elevations.
+    pub path: Path,
     /// Radius of the support.
     pub radius: f64,
     /// Weight on the skeleton.
     pub weight: f64,
     /// How far a joint is smoothed.
     pub joint: f64,
-    /// Cross-section, sorted by distance.
-    pub profile: Vec<Knot>,
+    /// How far the arcs of the skeleton may lie from the path.
+    pub tolerance: f64,
+    /// Cross-sections along the skeleton; none is flat.
+    pub sections: Vec<Section>,
+}
+
+/// The part of the radius within which arcs follow a path, if nothing else is asked for.
+pub const TOLERANCE: f64 = 0.01;
+/// The part of the radius over which joints are averaged, if nothing else is asked for.
+pub const JOINT: f64 = 0.25;
+
+impl Curve {
+    /// A path with one cross-section, weight 1, and the joint and tolerance that go with `radius`.
+    pub fn new(path: Path, radius: f64, profile: Vec<Knot>) -> Curve {
+        let sections = vec![Section { at: 0.0, profile }];
+        Curve { path, radius, weight: 1.0, joint: JOINT * radius, tolerance: TOLERANCE * radius, sections }
+    }
 }
 
 /// A curve in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct File {
+    /// A polyline; anything else is a `path`.
+    #[serde(default)]
     points: Vec<Point3>,
+    #[serde(default)]
+    path: Option<PathFile>,
     radius: Positive,
     #[serde(default = "one")]
     weight: Positive,
     #[serde(default)]
     joint: Option<Positive>,
     #[serde(default)]
+    tolerance: Option<Positive>,
+    #[serde(default)]
     profile: Vec<Knot>,
+    #[serde(default)]
+    sections: Vec<Section>,
+}
+
+/// A path in a scene file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum PathFile {
+    Polyline(Vec<Point3>),
+    Quadratic(Vec<Point3>),
+    Cubic(Vec<Point3>),
+    Smooth(Vec<Point3>),
+}
+
+pub(super) fn points(points: &[Point3]) -> Vec<DVec3> {
+    points.iter().map(|p| DVec3::new(p.0.into(), p.1.into(), p.2.into())).collect()
+}
+
+impl PathFile {
+    pub(super) fn path(&self) -> Path {
+        match self {
+            PathFile::Polyline(p) => Path::Polyline(points(p)),
+            PathFile::Quadratic(p) => Path::Quadratic(points(p)),
+            PathFile::Cubic(p) => Path::Cubic(points(p)),
+            PathFile::Smooth(p) => Path::Smooth(points(p)),
+        }
+    }
+}
+
+/// What a scene file says in one of two ways: the path.
+pub(super) fn path_of(polyline: &[Point3], path: Option<&PathFile>) -> Result<Path, String> {
+    match (polyline.is_empty(), path) {
+        (true, Some(path)) => Ok(path.path()),
+        (false, None) => Ok(Path::Polyline(points(polyline))),
+        _ => Err("expected either `points` of a polyline or a `path`".to_owned()),
+    }
 }
 
 impl File {
     pub(crate) fn build(&self, _: &mut Scope<'_>) -> Result<Curve, String> {
-        let radius = f64::from(self.radius);
-        Ok(Curve {
-            points: self.points.iter().map(|p| DVec3::new(p.0.into(), p.1.into(), p.2.into())).collect(),
-            radius,
-            weight: self.weight.into(),
-            joint: self.joint.map_or(0.25 * radius, f64::from),
-            profile: self.profile.clone(),
-        })
+        let path = path_of(&self.points, self.path.as_ref())?;
+        let mut curve = Curve::new(path, self.radius.into(), self.profile.clone());
+        if !self.sections.is_empty() {
+            if !self.profile.is_empty() {
+                return Err("expected either a `profile` or `sections`".to_owned());
+            }
+            curve.sections.clone_from(&self.sections);
+        }
+        curve.weight = self.weight.into();
+        curve.joint = self.joint.map_or(curve.joint, f64::from);
+        curve.tolerance = self.tolerance.map_or(curve.tolerance, f64::from);
+        Ok(curve)
     }
 }
 
-/// Parameters before those of the segments: 1/r², weight, 1/s², slope bound over the whole support.
-const WIDTH: usize = 4;
-/// Parameters of a segment: start x, y, z, unit direction x, y, length, grade (metres per metre).
-const SEGMENT_WIDTH: usize = 7;
-
-/// The most segments of one curve; the compiler refuses longer ones, which are written as a blend of several.
-pub const MAX_SEGMENTS: usize = 64;
+/// Parameters before those of the chain: 1/r², weight, 1/r.
+const WIDTH: usize = 3;
 
 /// A compiled curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Code {
     at: u32,
-    segments: u16,
-    pieces: u16,
+    arcs: u16,
+    sections: Sections,
 }
 
 impl Authored for Curve {
     type Code = Code;
     fn compile(&self, out: &mut Layout) -> Result<Code, String> {
-        let Curve { points, radius, weight, joint, profile: knots } = self;
-        if points.len() < 2 || points.len() > MAX_SEGMENTS + 1 || !points.iter().all(|p| p.is_finite()) {
-            return Err("a curve needs 2 to 65 finite points; blend several curves for more".to_owned());
+        let Curve { path, radius, weight, joint, tolerance, sections } = self;
+        if ![radius, weight, joint, tolerance].into_iter().all(|v| *v > 0.0 && v.is_finite()) {
+            return Err("a curve needs a positive radius, weight, joint and tolerance".to_owned());
         }
-        if ![radius, weight, joint].into_iter().all(|v| *v > 0.0 && v.is_finite()) {
-            return Err("a curve needs a positive radius, weight and joint".to_owned());
+        let stretches = path.stretches(*tolerance, *joint)?;
+        let (sections, section_parameters) = profile::compile_sections(sections)?;
+        let mut parameters = vec![1.0 / (radius * radius), *weight, 1.0 / radius];
+        parameters.extend(skeleton::parameters(&stretches, *radius, *joint));
+        parameters.extend(section_parameters);
+        let mut code = Code { at: 0, arcs: stretches.len() as u16, sections };
+        for (run, slope) in code.slopes(&parameters, *joint).into_iter().enumerate() {
+            parameters[WIDTH + skeleton::slope_of_run(run)] = slope;
         }
-        if !knots.windows(2).all(|k| k[0].distance < k[1].distance)
-            || !knots.iter().all(|k| k.distance.is_finite() && k.height.is_finite() && k.slope.is_finite())
-        {
-            return Err("the knots of a profile need increasing, finite distances".to_owned());
-        }
-        if points.windows(2).any(|p| p[0].truncate() == p[1].truncate()) {
-            return Err("two consecutive points of a curve stand at the same place".to_owned());
-        }
-        let mut parameters = vec![1.0 / (radius * radius), *weight, 1.0 / (joint * joint), f64::INFINITY];
-        for pair in points.windows(2) {
-            let d = pair[1].truncate() - pair[0].truncate();
-            let length = d.length();
-            let grade = (pair[1].z - pair[0].z) / length;
-            parameters.extend([pair[0].x, pair[0].y, pair[0].z, d.x / length, d.y / length, length, grade]);
-        }
-        let pieces = profile::compile(knots);
-        parameters.extend(&pieces);
-        let count = pieces.len() / profile::PIECE_WIDTH;
-        parameters[3] = support_slope(&parameters, points.len() - 1, count);
-        Ok(Code { at: out.store(parameters), segments: (points.len() - 1) as u16, pieces: count as u16 })
+        code.at = out.store(parameters);
+        Ok(code)
     }
 }
 
@@ -120,171 +165,118 @@ impl Leaf for Code {
     }
     #[inline(always)]
     fn sample<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, _: Tables<'_>, x: [R; 2]) -> Operand<R> {
-        let (elevation, weight) = sample(p, usize::from(self.segments), usize::from(self.pieces), x);
-        Operand::new(elevation, weight)
+        self.along(self.chain(p), p, x)
     }
     fn weight_range(&self, p: Parameters<f64>, region: &Region) -> Interval {
-        let nearest = nearest_squared(p, usize::from(self.segments), region);
+        let nearest = self.chain(p).nearest_squared(region.extent);
         let range = Interval::point(p.0[1]) * wyvill(nearest * Interval::point(p.0[0]));
         if range.hi() <= 0.0 { Interval::ZERO } else { Interval::new(range.lo().max(0.0), range.hi()) }
     }
+    /// Ranges by the formula on intervals, λ_α ≤ w·max |g′|/r over the distances met (distance is 1-Lipschitz), and the slope
+    /// that the compiler certified around the runs that the region comes near. Where that is steep and the region small, the
+    /// formula on duals of intervals may say less.
     fn bounds(&self, p: Parameters<f64>, _: Tables<'_>, region: &Region) -> Bounds {
-        bounds(p, usize::from(self.segments), usize::from(self.pieces), region)
+        let chain = self.chain(p);
+        let u = chain.nearest_squared(region.extent) * Interval::point(p.0[0]);
+        if u.lo() >= 1.0 {
+            return Bounds::ABSENT;
+        }
+        let Operand { elevation, weight, .. } = self.along(chain, p, region.extent);
+        let range = Interval::new(weight.lo().max(0.0), weight.hi());
+        let weight_slope = times_up(p.0[1], times_up(wyvill_steepness(u), p.0[2].next_up()));
+        let mut slope = self.slope_near(p, region.extent);
+        let width = region.extent[0].width().max(region.extent[1].width());
+        if slope > STEEP && width < p.0[WIDTH + 1] {
+            slope = slope.min(self.enclose(p, region.extent));
+        }
+        Bounds::primitive(elevation, range, slope, weight_slope)
     }
     fn support(&self, p: Parameters<f64>) -> Option<Extent> {
-        let ends = (0..usize::from(self.segments)).flat_map(|segment| {
-            let k = &p.0[WIDTH + segment * SEGMENT_WIDTH..];
-            let start = DVec2::new(k[0], k[1]);
-            [start, start + DVec2::new(k[3], k[4]) * k[5]]
-        });
-        around(ends, 1.0 / p.0[0].sqrt())
+        let radius = DVec2::splat(1.0 / p.0[0].sqrt());
+        let around = |[x, y, w, h]: [f64; 4]| {
+            let (middle, half) = (DVec2::new(x, y), DVec2::new(w, h) + radius);
+            (middle - half, middle + half)
+        };
+        self.chain(p).boxes().map(around).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
     fn rebase(&self, p: Parameters<f64>, _: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Code {
-        let profile = WIDTH + usize::from(self.segments) * SEGMENT_WIDTH;
-        let mut moved = p.0[..profile + usize::from(self.pieces) * profile::PIECE_WIDTH].to_vec();
-        for start in moved[WIDTH..profile].chunks_exact_mut(SEGMENT_WIDTH) {
-            start[0] -= origin.x;
-            start[1] -= origin.y;
-        }
+        let chain = WIDTH + skeleton::width(usize::from(self.arcs));
+        let mut moved = p.0[..chain + self.sections.width()].to_vec();
+        skeleton::rebase(&mut moved[WIDTH..chain], usize::from(self.arcs), origin);
         Code { at: tile.store(moved), ..*self }
     }
 }
 
-/// Where a point stands relative to one segment.
-struct Foot<R> {
-    distance_squared: R,
-    side: R,
-    elevation: R,
-}
+/// Boxes that the compiler splits to bound the slope around one run of arcs.
+const COMPILE_BUDGET: usize = 150;
+/// Slopes up to this one are not worth the effort of looking closer.
+const STEEP: f64 = 3.0;
 
-#[inline(always)]
-fn foot<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segment: usize, x: [R; 2]) -> Foot<R> {
-    let k = WIDTH + segment * SEGMENT_WIDTH;
-    let start = p.pair::<R>(k);
-    let direction = p.pair::<R>(k + 3);
-    let d = [x[0] - start[0], x[1] - start[1]];
-    let along = d[0] * direction[0] + d[1] * direction[1];
-    let side = direction[0] * d[1] - direction[1] * d[0];
-    let at = along.max(R::zero()).min(p.get(k + 5));
-    // Beyond an end the distance grows by what is left of the abscissa.
-    let past = along - at;
-    Foot { distance_squared: side.square() + past.square(), side, elevation: p.get::<R>(k + 2) + at * p.get(k + 6) }
-}
-
-/// (elevation, weight) of a curve with `segments` segments and a profile of `pieces` pieces.
-#[inline(always)]
-fn sample<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, segments: usize, pieces: usize, x: [R; 2]) -> (R, R) {
-    let section = Parameters(&p.0[WIDTH + segments * SEGMENT_WIDTH..]);
-    if segments == 1 {
-        let foot = foot(p, 0, x);
-        let elevation = foot.elevation + profile::evaluate(section, pieces, foot.side);
-        return (elevation, p.get::<R>(1) * wyvill(foot.distance_squared * p.get::<R>(0)));
+impl Code {
+    #[inline(always)]
+    fn chain<'a, P: Copy + Into<f64>>(&self, p: Parameters<'a, P>) -> Chain<'a, P> {
+        Chain::new(p.from(WIDTH), usize::from(self.arcs))
     }
-    let mut nearest = foot(p, 0, x).distance_squared;
-    for segment in 1..segments {
-        nearest = nearest.min(foot(p, segment, x).distance_squared);
-    }
-    let weight = p.get::<R>(1) * wyvill(nearest * p.get::<R>(0));
-    if !R::zero().less(weight).may_hold() {
-        return (R::zero(), weight);
-    }
-    // Room for 64 segments of lanes is 8 KiB to clear; most curves have few.
-    let elevation = if segments <= FEW {
-        joined::<R, P, FEW>(p, segments, pieces, x, nearest)
-    } else {
-        joined::<R, P, MAX_SEGMENTS>(p, segments, pieces, x, nearest)
-    };
-    (elevation, weight)
-}
-
-/// Segments of a short curve.
-const FEW: usize = 8;
-
-/// The mean elevation of the segments, of which there are at most `N`, that lie about as near as the nearest.
-#[inline(always)]
-fn joined<R: Number, P: Copy + Into<f64>, const N: usize>(
-    p: Parameters<P>,
-    segments: usize,
-    pieces: usize,
-    x: [R; 2],
-    nearest: R,
-) -> R {
-    let section = Parameters(&p.0[WIDTH + segments * SEGMENT_WIDTH..]);
-    let mut parts = [Operand::absent(); N];
-    let mut count = 0;
-    for segment in 0..segments.min(N) {
-        let foot = foot(p, segment, x);
-        let excess = (foot.distance_squared - nearest).max(R::zero()) * p.get::<R>(2);
-        if excess.less(R::one()).may_hold() {
-            let elevation = foot.elevation + profile::evaluate(section, pieces, foot.side);
-            parts[count] = Operand::new(elevation, wyvill(excess));
-            count += 1;
+    /// Elevation and weight with `chain` as the skeleton.
+    #[inline(always)]
+    fn along<R: Number, P: Copy + Into<f64>, Q: Copy + Into<f64>>(
+        &self,
+        chain: Chain<Q>,
+        p: Parameters<P>,
+        x: [R; 2],
+    ) -> Operand<R> {
+        let nearest = chain.nearest_squared(x);
+        let weight = p.get::<R>(1) * wyvill(nearest * p.get::<R>(0));
+        if !R::zero().less(weight).may_hold() {
+            return Operand::new(R::zero(), weight);
         }
+        let section = p.from(WIDTH + skeleton::width(usize::from(self.arcs)));
+        let elevation = chain.elevation(x, nearest, |side, s| self.sections.evaluate(section, side, s));
+        Operand::new(elevation, weight)
     }
-    // The nearest segment has weight 1.
-    R::weighted_mean(&parts[..count], 1.0).elevation
-}
-
-/// Range and slopes over a region: the formula itself on duals of intervals over the region's extent, met with the
-/// bound over the whole support (which the compiler certified) and with λ_α ≤ w·L/r.
-fn bounds(p: Parameters<f64>, segments: usize, pieces: usize, region: &Region) -> Bounds {
-    let nearest = nearest_squared(p, segments, region);
-    let u = nearest * Interval::point(p.0[0]);
-    if u.lo() >= 1.0 {
-        return Bounds::ABSENT;
-    }
-    let (elevation, weight, slope) = enclose(p, segments, pieces, region.extent);
-    let range = weight.value.meet(Interval::point(p.0[1]) * wyvill(u));
-    let global = times_up(p.0[1], (Real::sqrt(Interval::point(p.0[0])) * Interval::point(WYVILL_SLOPE)).hi());
-    let local = Interval::length(weight.slope[0], weight.slope[1]).hi();
-    let range = Interval::new(range.lo().max(0.0), range.hi());
-    Bounds::primitive(elevation, range, slope.min(p.0[3]), local.min(global))
-}
-
-/// Elevation, weight with its gradient, and slope over a box.
-fn enclose(
-    p: Parameters<f64>,
-    segments: usize,
-    pieces: usize,
-    extent: [Interval; 2],
-) -> (Interval, Dual<Interval, 2>, f64) {
-    let x = [Dual::<Interval, 2>::variable(extent[0], 0), Dual::variable(extent[1], 1)];
-    let (elevation, weight) = sample(p, segments, pieces, x);
-    (elevation.value, weight, Interval::length(elevation.slope[0], elevation.slope[1]).hi())
-}
-
-/// Boxes that the compiler looks at to bound the slope of one curve.
-const COMPILE_BUDGET: usize = 20_000;
-
-/// A slope bound over the whole support of a compiled curve.
-fn support_slope(p: &[f64], segments: usize, pieces: usize) -> f64 {
-    let p = Parameters(p);
-    let radius = Real::sqrt(Interval::point(1.0) / Interval::point(p.0[0])).hi();
-    let smallest = 0.25 / p.0[2].sqrt();
-    let reach = Interval::symmetric(radius);
-    let mut whole: Option<[Interval; 2]> = None;
-    for segment in 0..segments {
-        let k = WIDTH + segment * SEGMENT_WIDTH;
-        for along in [0.0, p.0[k + 5]] {
-            let at = |axis: usize| {
-                Interval::point(p.0[k + axis]) + Interval::point(p.0[k + 3 + axis]) * Interval::point(along) + reach
-            };
-            let near = [at(0), at(1)];
-            whole = Some(whole.map_or(near, |w| [w[0].hull(near[0]), w[1].hull(near[1])]));
+    /// A slope bound over a box.
+    fn enclose(&self, p: Parameters<f64>, extent: [Interval; 2]) -> f64 {
+        let x = [Dual::<Interval, 2>::variable(extent[0], 0), Dual::variable(extent[1], 1)];
+        // Duals are costly: they see only the arcs that matter here.
+        let (near, count) = self.chain(p).near(extent);
+        let chain = Chain::new(Parameters(&near[..]), count);
+        let mut elevation = self.along(chain, p, x).elevation;
+        let section = p.from(WIDTH + skeleton::width(usize::from(self.arcs)));
+        if count > 1
+            && let Some(tight) = chain.enclose(extent, self.sections, section)
+        {
+            elevation = elevation.tighten(tight);
         }
+        Interval::length(elevation.slope[0], elevation.slope[1]).hi()
     }
-    let Some(whole) = whole else { return 0.0 };
-    largest_over(whole, smallest, COMPILE_BUDGET, |extent| {
-        let u = nearest_squared(p, segments, &Region { extent, ends: None }) * Interval::point(p.0[0]);
-        (u.lo() < 1.0).then(|| enclose(p, segments, pieces, extent).2)
-    })
-}
-
-/// Encloses the squared distance to the skeleton over a region.
-fn nearest_squared(p: Parameters<f64>, segments: usize, region: &Region) -> Interval {
-    let mut nearest = Interval::new(f64::INFINITY, f64::INFINITY);
-    for segment in 0..segments {
-        nearest = Real::min(nearest, foot(p, segment, region.extent).distance_squared);
+    /// Boxes around the runs, as wide as the support.
+    fn around(&self, p: Parameters<f64>) -> impl Iterator<Item = [Interval; 2]> {
+        let reach = Interval::symmetric((1.0 / p.0[0].sqrt()) * (1.0 + 1e-12));
+        self.chain(p).boxes().map(move |[x, y, w, h]| {
+            [(x, w), (y, h)].map(|(middle, half)| Interval::point(middle) + Interval::symmetric(half) + reach)
+        })
     }
-    nearest
+    /// The largest of the slope bounds around the runs whose support may reach a box.
+    fn slope_near(&self, p: Parameters<f64>, extent: [Interval; 2]) -> f64 {
+        let meets = |a: Interval, b: Interval| a.lo() <= b.hi() && b.lo() <= a.hi();
+        let near = |around: &[Interval; 2]| meets(around[0], extent[0]) && meets(around[1], extent[1]);
+        let slopes = self.around(p).enumerate().filter(|(_, around)| near(around));
+        slopes.fold(0.0, |slope, (run, _)| slope.max(p.0[WIDTH + skeleton::slope_of_run(run)]))
+    }
+    /// A slope bound around each run, over its support.
+    fn slopes(&self, p: &[f64], joint: f64) -> Vec<f64> {
+        let p = Parameters(p);
+        // Weights of the arcs at a joint change over a squared distance of s², which far from the skeleton is a short way.
+        let smallest = (joint / 16.0).min(joint * joint * p.0[2] / 64.0);
+        let bound = |extent: [Interval; 2]| {
+            let u = self.chain(p).nearest_squared(extent) * Interval::point(p.0[0]);
+            (u.lo() < 1.0).then(|| self.enclose(p, extent))
+        };
+        let attained = |[x, y]: [f64; 2]| {
+            let Operand { elevation, weight, .. } =
+                self.sample(p, Tables::NONE, [Dual::<f64, 2>::variable(x, 0), Dual::variable(y, 1)]);
+            if weight.value > 0.0 { DVec2::from_array(elevation.slope).length() } else { 0.0 }
+        };
+        self.around(p).map(|root| largest_over_all([root], smallest, COMPILE_BUDGET, bound, attained)).collect()
+    }
 }

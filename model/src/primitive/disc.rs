@@ -3,7 +3,7 @@
 use super::{Authored, Extent, Leaf, Number, Parameters, Tables, around};
 use crate::bounds::{Bounds, Region, plus_up, times_up};
 use crate::dual::Dual;
-use crate::falloff::{WYVILL_SLOPE, wyvill};
+use crate::falloff::{wyvill, wyvill_steepness};
 use crate::interval::Interval;
 use crate::noise::{Bounds as NoiseBounds, Combination, GRADIENT2_RANGE, GRADIENT2_SLOPE, NoiseValue, Octave, Octaves};
 use crate::program::{Layout, TileLayout};
@@ -309,19 +309,7 @@ pub(super) fn weight_bounds(p: Parameters<f64>, region: &Region) -> (Interval, f
     }
     let scale = Interval::point(p.0[3]);
     let inverse_radius = Real::sqrt(Interval::point(p.0[2]));
-    // |g′| = 6·√u·(1−u)²/r rises up to u = 1/5 and falls after it.
-    let steepness = |u: Interval| {
-        let v = Real::max(Interval::point(1.0) - u, Interval::ZERO);
-        Interval::point(6.0) * Real::sqrt(u) * v.square()
-    };
-    let steepest = if u.hi() < 0.2 {
-        steepness(Interval::point(u.hi())).hi()
-    } else if u.lo() > 0.2 {
-        steepness(Interval::point(u.lo())).hi()
-    } else {
-        WYVILL_SLOPE
-    };
     let range = scale * wyvill(u);
-    let slope = scale * inverse_radius * Interval::point(steepest);
+    let slope = scale * inverse_radius * Interval::point(wyvill_steepness(u));
     (Interval::new(range.lo().max(0.0), range.hi()), slope.hi())
 }

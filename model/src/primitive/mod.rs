@@ -2,12 +2,15 @@
 //! is compiled, with its formula over any [`Number`] and its bounds. A new primitive is a file and a line in
 //! `for_each_primitive!`.
 
+pub mod contour;
 pub mod curve;
 pub mod detail_disc;
 pub mod disc;
 pub mod image;
 pub mod quad;
 mod raster;
+pub mod river;
+pub mod road;
 mod spline;
 pub mod strip;
 
@@ -58,6 +61,11 @@ pub struct Tables<'a> {
     pub noises: &'a [NoiseBounds],
     /// The rasters.
     pub images: &'a [Arc<Image>],
+}
+
+impl Tables<'_> {
+    /// No tables, for primitives that need none.
+    pub(crate) const NONE: Tables<'static> = Tables { octaves: &[], tiled: false, noises: &[], images: &[] };
 }
 
 /// South-west and north-east corners, metres.
@@ -147,8 +155,10 @@ macro_rules! for_each_primitive {
             Disc disc Disc,
             /// Disc whose octaves appear with the level of detail.
             DetailDisc detail_disc DetailDisc,
-            /// Polyline with a cross-section.
+            /// Curve with cross-sections.
             Curve curve Curve,
+            /// Closed contour with radial cross-sections.
+            Contour contour Contour,
             /// Image on an axis-aligned rectangle.
             Image image ImagePatch,
             /// Image on a convex quadrangle.

@@ -99,6 +99,8 @@ impl<'a> Builder<'a> {
             ($($(#[$doc:meta])* $name:ident $file:ident $authored:ident,)*) => {
         match node {
             $(NodeFile::$name(file) => Node::from(file.build(&mut self.scope).map_err(fail)?),)*
+            NodeFile::River(file) => Node::from(file.build(&mut self.scope).map_err(fail)?),
+            NodeFile::Road(file) => Node::from(file.build(&mut self.scope).map_err(fail)?),
             NodeFile::Blend(list) => {
                 let mut operands = Vec::with_capacity(list.len());
                 for (k, operand) in list.iter().enumerate() {

@@ -62,6 +62,8 @@ macro_rules! define {
         #[serde(rename_all = "snake_case", deny_unknown_fields)]
         pub(super) enum NodeFile {
             $($name(primitive::$file::File),)*
+            River(primitive::river::File),
+            Road(primitive::road::File),
             Blend(Vec<NodeFile>),
             Replace {
                 a: Box<NodeFile>,

@@ -1,4 +1,5 @@
 //! Random trees for the laws that every tree must obey.
+#![allow(dead_code)] // Each test uses its own part.
 
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -10,13 +11,15 @@ use terrain_model::operator::lod::{Lod, Passage};
 use terrain_model::operator::masked::{Joining, Mask, Ramp};
 use terrain_model::operator::warp::{Control, Warp};
 use terrain_model::primitive::Primitive;
+use terrain_model::primitive::contour::{Contour, Ray};
 use terrain_model::primitive::curve::Curve;
 use terrain_model::primitive::detail_disc::DetailDisc;
 use terrain_model::primitive::disc::{Disc, DiscNoise};
 use terrain_model::primitive::image::{Image, ImagePatch};
 use terrain_model::primitive::quad::{Quad, Spread};
 use terrain_model::primitive::strip::Strip;
-use terrain_model::profile::Knot;
+use terrain_model::profile::{Knot, Section};
+use terrain_model::spline::{Path, WayPoint};
 use terrain_model::tree::{Node, NodeId, Tree};
 
 /// A small deterministic generator (SplitMix64).
@@ -63,9 +66,71 @@ fn spread(random: &mut Random) -> Spread {
     }
 }
 
+/// A curve of any kind along `points`.
+fn curve(random: &mut Random, points: Vec<DVec3>) -> Curve {
+    let knot = |distance: f64, height: f64, slope: f64| Knot { distance, height, slope };
+    let valley = vec![knot(-40.0, 8.0, 0.0), knot(0.0, 0.0, 0.0), knot(45.0, 11.0, 0.1)];
+    let braided = vec![
+        knot(-40.0, 6.0, -0.1),
+        knot(-20.0, -1.0, 0.0),
+        knot(0.0, 2.0, 0.0),
+        knot(25.0, -2.0, 0.0),
+        knot(50.0, 9.0, 0.0),
+    ];
+    let path = match random.below(4) {
+        0 => Path::Polyline(points),
+        1 if points.len() % 2 == 1 => Path::Quadratic(points),
+        2 => Path::Road(
+            points
+                .into_iter()
+                .map(|position| WayPoint {
+                    position,
+                    radius: random.range(20.0, 60.0),
+                    transition: random.range(0.0, 30.0),
+                })
+                .collect(),
+        ),
+        _ => Path::Smooth(points),
+    };
+    let mut sections = vec![Section { at: 0.0, profile: valley }];
+    if random.below(2) == 0 {
+        sections.push(Section { at: random.range(100.0, 300.0), profile: braided });
+    }
+    let radius = random.range(60.0, 150.0);
+    Curve {
+        path,
+        radius,
+        weight: random.range(0.8, 1.3),
+        joint: random.range(15.0, 40.0),
+        tolerance: random.range(0.01, 0.05) * radius,
+        sections,
+    }
+}
+
+/// A lake of 3 to 7 rays.
+fn contour(random: &mut Random, centre: DVec2) -> Contour {
+    let knot = |distance: f64, height: f64, slope: f64| Knot { distance, height, slope };
+    let ray = |random: &mut Random| Ray {
+        angle: None,
+        radius: random.range(60.0, 150.0),
+        profile: vec![
+            knot(-40.0, -6.0, 0.0),
+            knot(0.0, 0.0, random.range(0.0, 0.3)),
+            knot(random.range(20.0, 60.0), random.range(2.0, 15.0), random.range(-0.1, 0.2)),
+        ],
+    };
+    Contour {
+        centre: centre.extend(random.range(-10.0, 40.0)),
+        orientation: random.range(-3.0, 3.0),
+        rays: (0..3 + random.below(5)).map(|_| ray(random)).collect(),
+        reach: random.range(50.0, 150.0),
+        weight: random.range(0.7, 1.3),
+    }
+}
+
 fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
     let c = random.point(HALF);
-    let node: Primitive = match random.below(9) {
+    let node: Primitive = match random.below(10) {
         0 => Disc {
             centre: DVec3::new(c.x, c.y, random.range(-50.0, 100.0)),
             radius: random.range(50.0, 600.0),
@@ -104,18 +169,7 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
                     DVec3::new(p.x, p.y, 40.0 - 3.0 * k as f64 + random.range(-1.0, 1.0))
                 })
                 .collect();
-            Curve {
-                points,
-                radius: random.range(60.0, 150.0),
-                weight: random.range(0.8, 1.3),
-                joint: random.range(15.0, 40.0),
-                profile: vec![
-                    Knot { distance: -40.0, height: 8.0, slope: 0.0 },
-                    Knot { distance: 0.0, height: 0.0, slope: 0.0 },
-                    Knot { distance: 45.0, height: 11.0, slope: 0.1 },
-                ],
-            }
-            .into()
+            curve(random, points).into()
         }
         5 => {
             let octaves = 1 + random.below(5) as u32;
@@ -155,6 +209,7 @@ fn primitive(tree: &mut Tree, random: &mut Random) -> NodeId {
                 .collect();
             Strip { spread: spread(random), sections: Strip::sections_along(&points, random.range(30.0, 80.0)) }.into()
         }
+        8 => contour(random, c).into(),
         _ => {
             let (w, h) = (20 + random.below(30) as usize, 20 + random.below(30) as usize);
             let samples = (0..w * h).map(|_| random.range(0.0, 30.0) as f32).collect();

@@ -11,6 +11,7 @@ use terrain_model::certify::slope::{SlopeSupremum, slope_supremum};
 use terrain_model::operator::BlendRule;
 use terrain_model::primitive::curve::Curve;
 use terrain_model::program::{BoundsEvaluator, Program};
+use terrain_model::spline::Path;
 use terrain_model::tree::{Node, NodeId, Tree};
 
 /// A blend with what is said and what is certified of its slope on the terrain.
@@ -155,7 +156,7 @@ fn random_blend(tree: &mut Tree, random: &mut Random, depth: u32) -> (NodeId, bo
 /// A segment whose elevation runs from one end to the other. One segment has no joint to smooth; a wide one keeps the compiler from
 /// cutting the support, over which the slope is the same, into thousands of boxes.
 fn tilted(ends: [DVec3; 2], radius: f64, weight: f64) -> Node {
-    Curve { points: ends.to_vec(), radius, weight, joint: 4.0 * radius, profile: vec![] }.into()
+    Curve { weight, joint: 4.0 * radius, ..Curve::new(Path::Polyline(ends.to_vec()), radius, vec![]) }.into()
 }
 
 /// Looks for steep points of `trees` random blends, over each whole and over boxes inside it.

@@ -1,0 +1,136 @@
+//! Distance, side and elevation of one stretch of a skeleton: a circular arc of at most a quarter turn, or a segment. Only
+//! + − × ÷ √, in a frame at the arc's middle, where straight is the plain case of curvature 0.
+//!
+//! With a, b the coordinates along and across the middle, k the curvature, c = 1 − kb and ρR = ρ·√(c² + (ka)²) the
+//! distance to the centre:
+//! - signed distance to the circle: (2b − k(a² + b²)) / (1 + R), which tends to b as k → 0;
+//! - place along the arc: u = a / (h·c), h = tan(φ/2)/k, runs over [−1, 1] between the ends: it is tan θ over tan φ/2, the
+//!   half angle of a rational parameter;
+//! - past an end: p = |a|·cos(φ/2) + b·sin(φ/2) − e, negative exactly where the foot lies on the arc.
+//!
+//! The place of the foot has no slope bound at the centre of the circle (claims G22), where all of the arc is equally near.
+//! Denominators that measure the distance to the centre are held at a quarter of the radius: nearer than three quarters of
+//! the radius nothing changes, and beyond it elevation fades to that of the arc's middle.
+
+use crate::primitive::{Number, Parameters};
+use crate::real::Mask;
+use crate::spline::Arc;
+
+/// Parameters of a stretch: middle (2), direction (2), curvature, 1/h, cos φ/2, sin φ/2, end along, end across, four
+/// coefficients of elevation in u, grades before and after, abscissa at the middle and its two coefficients.
+pub const WIDTH: usize = 19;
+
+/// The share of the radius at which the distance to the centre of an arc is held.
+const CORE: f64 = 0.25;
+
+/// A stretch of a skeleton with its elevations. Lengths in metres, grades in metres per metre along the arc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// Its course in the plane.
+    pub arc: Arc,
+    /// Distance of its start along the whole skeleton.
+    pub abscissa: f64,
+    /// Elevation at both ends.
+    pub elevation: [f64; 2],
+    /// Grade at both ends; a cubic between them.
+    pub grade: [f64; 2],
+    /// Grade with which elevation goes on before the start and past the end, where a joint is averaged.
+    pub beyond: [f64; 2],
+}
+
+impl Stretch {
+    pub(crate) fn parameters(&self) -> [f64; WIDTH] {
+        let Stretch { arc, abscissa, elevation, grade, beyond } = self;
+        let half = 0.5 * arc.length;
+        let (middle, direction) = arc.at(half);
+        let angle = half * arc.curvature;
+        let (cos, sin) = (libm::cos(angle), libm::sin(angle));
+        let along = if angle == 0.0 { half } else { half * (sin / angle) };
+        let across = along * libm::tan(0.5 * angle);
+        // ds/du at an end.
+        let speed = along * cos;
+        let (rise, slope) = (0.5 * (elevation[1] - elevation[0]), [grade[0] * speed, grade[1] * speed]);
+        let z2 = 0.25 * (slope[1] - slope[0]);
+        let z3 = 0.5 * (0.5 * (slope[0] + slope[1]) - rise);
+        let (z0, z1) = (0.5 * (elevation[0] + elevation[1]) - z2, rise - z3);
+        let s3 = 0.5 * (speed - half);
+        let s1 = half - s3;
+        [
+            middle.x,
+            middle.y,
+            direction.x,
+            direction.y,
+            arc.curvature,
+            cos / along,
+            cos,
+            sin,
+            along,
+            across,
+            z0,
+            z1,
+            z2,
+            z3,
+            beyond[0],
+            beyond[1],
+            abscissa + half,
+            s1,
+            s3,
+        ]
+    }
+}
+
+/// Where a point stands relative to one stretch.
+#[derive(Clone, Copy, Debug)]
+pub struct Place<R> {
+    a: R,
+    b: R,
+    /// Distance to the centre of the circle over its radius.
+    ratio: R,
+    /// Past the nearer end, metres; negative where the foot lies on the arc.
+    past: R,
+    /// Signed distance to the whole circle, positive on the left.
+    pub side: R,
+    /// Squared distance to the arc.
+    pub distance_squared: R,
+}
+
+/// The place of `x` beside the stretch whose parameters start at `p`.
+#[inline(always)]
+pub fn place<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, x: [R; 2]) -> Place<R> {
+    let middle = p.pair::<R>(0);
+    let direction = p.pair::<R>(2);
+    let v = [x[0] - middle[0], x[1] - middle[1]];
+    let a = v[0] * direction[0] + v[1] * direction[1];
+    let b = direction[0] * v[1] - direction[1] * v[0];
+    let k = p.get::<R>(4);
+    let ratio = R::length(R::one() - k * b, k * a);
+    let side = (b + b - k * (a.square() + b.square())) / (R::one() + ratio);
+    let ahead = a.abs();
+    let past = ahead * p.get(6) + b * p.get(7) - p.get(8);
+    let to_end = (ahead - p.get(8)).square() + (b - p.get(9)).square();
+    let distance_squared = R::select(past.less(R::zero()), side.square(), to_end);
+    Place { a, b, ratio, past, side, distance_squared }
+}
+
+/// Elevation of the skeleton, and metres along it, for a place within `reach` metres of the stretch's ends.
+#[inline(always)]
+pub fn elevation<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, place: &Place<R>, reach: R) -> (R, R) {
+    let Place { a, b, ratio, past, .. } = *place;
+    let core = R::constant(CORE);
+    let one = R::one();
+    let c = one - p.get::<R>(4) * b;
+    let u = (a * p.get(5) / c.max(core)).max(-one).min(one);
+    let z = p.get::<R>(10) + u * (p.get::<R>(11) + u * (p.get::<R>(12) + u * p.get::<R>(13)));
+    // Past an end elevation goes on as its neighbour does, for the length over which a joint is averaged. Times u, which is
+    // ±1 there, and 0 where both ends are equally near.
+    let on = u * (past / ratio.max(core)).max(R::zero()).min(reach);
+    let grade = R::select(a.less(R::zero()), p.get(14), p.get(15));
+    let s = p.get::<R>(16) + u * (p.get::<R>(17) + u.square() * p.get::<R>(18));
+    (z + on * grade, s + on)
+}
+
+/// Does a comparison certainly hold, for every lane and every real?
+#[inline(always)]
+pub(super) fn surely_less<R: Number>(a: R, b: R) -> bool {
+    a.less(b).must_hold()
+}
