@@ -258,7 +258,7 @@ fn an_image_with_holes_has_no_weight_there_and_one_that_says_nothing_is_refused(
     );
     std::fs::write(folder.path().join("holes.asc"), nothing).unwrap();
     let error = fails(1, &["eval", text(&scene), "--at", "0,0"]);
-    one_line(&error, &["holes.asc", "0 known"]);
+    one_line(&error, &["holes.asc", "no-data everywhere"]);
 }
 
 #[test]
