@@ -213,7 +213,7 @@ impl Authored for Contour {
 }
 
 /// Boxes that the compiler looks at to bound each slope of a contour.
-const COMPILE_BUDGET: usize = 300;
+const COMPILE_BUDGET: usize = 1_000;
 
 impl Code {
     fn stride(self) -> usize {
