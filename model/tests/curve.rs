@@ -69,6 +69,7 @@ fn steepest(program: &Program, lo: DVec2, hi: DVec2, samples: usize) -> f64 {
 
 #[test]
 fn hunted_slopes_stay_below_the_certified_bound_and_come_near_it() {
+    // The last two are loose: around bends tighter than the support many arcs are about as near (a known limit).
     let hairpin = points(&[(0., 0., 30.), (100., 0., 25.), (100., 30., 20.), (0., 30., 15.)]);
     for (name, path, radius, looseness) in [
         ("straight", Path::Polyline(points(&[(0., 0., 30.), (200., 0., 10.)])), 60.0, 1.1),

@@ -90,13 +90,13 @@ fn bounded(seed: u64) -> Option<Program> {
 fn no_tracer_misses_what_is_certified() {
     for tracer in Tracer::ALL {
         let mut tally = Tally::default();
-        for (k, program) in (0..40).filter_map(bounded).take(25).enumerate() {
+        for (k, program) in (0..40).filter_map(bounded).take(16).enumerate() {
             let surface = Surface::new(&program);
             compare(tracer, &program, &surface, &mut Random(k as u64), 60, &mut tally);
         }
         eprintln!("{tracer:?} {tally:?}");
         assert_eq!((tally.missed, tally.false_hits, tally.gave_up), (0, 0, 0), "{tracer:?} {tally:?}");
-        assert!(tally.hits > 100 && tally.walls > 50 && tally.undecided * 100 < tally.rays, "{tracer:?} {tally:?}");
+        assert!(tally.hits > 70 && tally.walls > 30 && tally.undecided * 100 < tally.rays, "{tracer:?} {tally:?}");
     }
 }
 

@@ -169,9 +169,9 @@ impl Authored for Contour {
     fn compile(&self, out: &mut Layout) -> Result<Code, String> {
         let Contour { centre, rays, reach, weight, orientation } = self;
         let positive = |v: f64| v > 0.0 && v.is_finite();
-        if !(centre.is_finite() && orientation.is_finite() && positive(*reach) && positive(*weight))
-            || !rays.iter().all(|ray| positive(ray.radius) && ray.angle.is_none_or(f64::is_finite))
-        {
+        let rays_sound = rays.iter().all(|ray| positive(ray.radius) && ray.angle.is_none_or(f64::is_finite));
+        let finite = centre.is_finite() && orientation.is_finite();
+        if !(finite && positive(*reach) && positive(*weight) && rays_sound) {
             return Err("a contour needs a finite centre and positive radii, reach and weight".to_owned());
         }
         let angles = self.angles()?;
@@ -213,7 +213,7 @@ impl Authored for Contour {
 }
 
 /// Boxes that the compiler looks at to bound each slope of a contour.
-const COMPILE_BUDGET: usize = 300;
+const COMPILE_BUDGET: usize = 1_000;
 
 impl Code {
     fn stride(self) -> usize {

@@ -208,7 +208,7 @@ impl Leaf for Code {
 }
 
 /// Boxes that the compiler splits to bound the slope around one run of arcs.
-const COMPILE_BUDGET: usize = 150;
+const COMPILE_BUDGET: usize = 400;
 /// Slopes up to this one are not worth the effort of looking closer.
 const STEEP: f64 = 3.0;
 

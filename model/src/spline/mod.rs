@@ -90,7 +90,7 @@ fn polyline(points: &[DVec3]) -> (Vec<Arc>, Elevations) {
 
 /// Bézier pieces of one degree that share their ends.
 fn pieces(points: &[DVec3], degree: usize, tolerance: f64) -> Result<(Vec<Arc>, Elevations), String> {
-    if (points.len() - 1) % degree != 0 {
+    if !(points.len() - 1).is_multiple_of(degree) {
         return Err(format!(
             "a chain of Bézier pieces of degree {degree} has {} points; expected {degree} for each piece and one more",
             points.len()
