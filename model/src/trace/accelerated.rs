@@ -1,7 +1,7 @@
 //! Accelerated sphere tracing (Génevaux 2015 §7.2): a slope bound over the candidate segment instead of one for the
 //! whole terrain.
 //!
-//! [`trace`] takes λ(t, δ) as bounds of h′ in both directions and lets [`stride`](super::stride) choose δ. [`trace_paper`]
+//! [`trace`] takes λ(t, δ) as bounds of h′ in both directions and lets `stride` choose δ. [`trace_paper`]
 //! doubles δ after every step, as printed, so λ(t, δ) soon is the slope bound of the whole terrain (claims G15). Both
 //! limit a step to the segment that the bound was computed for, with s = δ where the ray cannot approach the terrain
 //! (claims G13, G14).
