@@ -97,7 +97,7 @@ fn safety_table() -> Table {
         "false",
         "gave up",
         "undecided",
-        "largest lead (m)",
+        "largest lead",
         "evaluations per ray",
     ]
     .into_iter()
