@@ -185,7 +185,10 @@ impl<'a> Trial<'a> {
         let placement =
             scene.scene.cameras.get("main").ok_or_else(|| ExperimentError::failed("a scene needs a main camera"))?;
         let epsilon = (1e-6 * extent.max_element()).max(1e-3);
-        let settings = Settings { epsilon, bracket: 10.0 * epsilon, edge: 1e-4 * epsilon, ..Settings::default() };
+        // Of a million rays one runs so nearly along the ground that steps of the global slope bound need more than the
+        // default's 200 000.
+        let max_steps = 20_000_000;
+        let settings = Settings { epsilon, bracket: 10.0 * epsilon, edge: 1e-4 * epsilon, max_steps };
         let steepest = (1.0 + surface.global().slope * surface.global().slope).sqrt();
         let effort = Effort { bracket: epsilon / steepest, budget: 20_000 };
         let camera = Camera::new(placement, 1920, 1080);
