@@ -364,6 +364,21 @@ mod tests {
     }
 
     #[test]
+    fn outward_is_at_least_an_ulp_at_every_magnitude() {
+        let magnitudes =
+            [0.0, f64::from_bits(1), 1e-310, f64::MIN_POSITIVE, 1e-290, 1e-140, 0.1, 1.0, 3.0, 1e300, f64::MAX];
+        for x in magnitudes.into_iter().flat_map(|x| [x, -x]) {
+            for x in [x.next_down(), x, x.next_up()].into_iter().filter(|x| x.is_finite()) {
+                assert!(up(x) >= x.next_up() && down(x) <= x.next_down(), "{x:e}");
+                // Control: half of what is added would not do for numbers just above a power of 2.
+                let half = x + 0.25 * x.abs() * f64::EPSILON;
+                assert!(x.abs() != 1.0 || half < x.next_up() || x < 0.0, "{x:e}");
+            }
+        }
+        assert_eq!(Interval::new(f64::MAX, f64::MAX) + Interval::new(f64::MAX, f64::MAX), Interval::ENTIRE);
+    }
+
+    #[test]
     fn a_nan_end_makes_the_whole_line() {
         assert_eq!(Interval::new(f64::NAN, 1.0), Interval::ENTIRE);
         let infinite = Interval::new(1.0, f64::INFINITY);

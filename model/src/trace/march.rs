@@ -1,4 +1,5 @@
-//! The loop that every marching tracer shares: advance by a step that is safe, confirm a hit by a change of sign.
+//! When a marching tracer stops, and the loop of those that ask for a value after every step: advance by a step that is
+//! safe, confirm a hit by a change of sign. Tracers that ask for bounds over segments have a loop of their own, `stride`.
 
 use super::{Answer, RayFunction, RayPoint};
 
@@ -77,7 +78,7 @@ pub(super) fn march<F: RayFunction>(
 
 /// Is the surface met within the bracket behind `t`? By a change of sign, not by nearness alone: a ray that passes a
 /// crest at half ε does not hit it.
-pub(super) fn crosses<F: RayFunction>(function: &mut F, settings: &Settings, t: f64, point: RayPoint) -> bool {
+fn crosses<F: RayFunction>(function: &mut F, settings: &Settings, t: f64, point: RayPoint) -> bool {
     if point.height < TOUCH {
         return true;
     }
