@@ -2,12 +2,13 @@
 
 use super::sphere::Global;
 use super::{Ray, RayBounds, RayFunction, RayPoint};
-use crate::bounds::{Region, THRESHOLD};
+use crate::bounds::{Region, THRESHOLD, times_up};
 use crate::certify::cover::largest_over;
 use crate::dual::Dual;
 use crate::interval::Interval;
 use crate::operator::BlendRule;
 use crate::program::{BoundsEvaluator, Evaluator, Program, Sample};
+use crate::real::Real;
 use glam::{DVec2, DVec3};
 
 /// Splits spent on the slope bound of a whole terrain, and the finest part, as a share of the support's side.
@@ -137,12 +138,15 @@ impl RayFunction for HeightRay<'_> {
         let (p, q) = (self.ray.at(t0), self.ray.at(t1));
         let b = self.bounds.bounds(Region::segment(p.truncate(), q.truncate()));
         let u = self.ray.direction;
-        let across = u.truncate().length();
+        // A vertical ray stays at one place, however steep the ground.
+        let vertical = u.x == 0.0 && u.y == 0.0;
+        let across = if vertical { 0.0 } else { Interval::length(Interval::point(u.x), Interval::point(u.y)).hi() };
+        let climb = times_up(across, b.slope.min(self.surface.slope_cap));
         RayBounds {
             height: Interval::new(p.z, q.z) - b.elevation,
-            slope: Interval::point(u.z) - Interval::symmetric(across * b.slope.min(self.surface.slope_cap)),
+            slope: Interval::point(u.z) - Interval::symmetric(climb),
             weight: b.weight,
-            weight_slope: across * b.weight_slope,
+            weight_slope: times_up(across, b.weight_slope),
         }
     }
     fn enclose(&mut self, t0: f64, t1: f64) -> RayBounds {
