@@ -38,3 +38,19 @@ fn an_empty_shard_is_an_empty_report() {
     assert_eq!(reproduce(&["--shard", "1000/1000"], out.path()).status.code(), Some(0));
     assert!(out.path().join("report.json").is_file() && out.path().join("index.html").is_file());
 }
+
+#[test]
+fn a_recorded_block_that_was_tampered_with_is_found() {
+    let out = tempfile::tempdir().unwrap();
+    let record = out.path().join("fig19.csv");
+    let committed = include_str!("../records/fig19.csv");
+    let comments_and_header: Vec<&str> = committed.lines().take(5).collect();
+    let block = committed.lines().nth(5).unwrap();
+    let check = |block: &str| {
+        std::fs::write(&record, format!("{}\n{block}", comments_and_header.join("\n"))).unwrap();
+        reproduce(&["rays", "fig19", "--check", "--record", record.to_str().unwrap()], out.path()).status.code()
+    };
+    assert_eq!(check(block), Some(0));
+    let (head, last) = block.rsplit_once(',').unwrap();
+    assert_eq!(check(&format!("{head},{}", last.parse::<u64>().unwrap() + 1)), Some(1));
+}
