@@ -3,6 +3,7 @@
 pub mod environment;
 pub mod experiment;
 pub mod genevaux2015;
+pub mod layers;
 mod memory;
 pub mod model;
 pub mod report;

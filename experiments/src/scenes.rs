@@ -14,6 +14,7 @@ pub const BUILTIN: &str = "builtin:";
 /// The embedded scenes: name and text. Images are looked up in [`IMAGES`] by the name that the scene gives them.
 const SCENES: &[(&str, &str)] = &[
     ("demo", include_str!("../scenes/demo.ron")),
+    ("fig1", include_str!("../scenes/fig1.ron")),
     ("fig3", include_str!("../scenes/fig3.ron")),
     ("fig8_quad", include_str!("../scenes/fig8_quad.ron")),
     ("fig9_strip", include_str!("../scenes/fig9_strip.ron")),

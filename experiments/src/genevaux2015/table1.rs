@@ -4,6 +4,7 @@ use super::rays::{Family, Tally, Trial, compare, compare_climbing, total};
 use super::record::Record;
 use super::scenes::{TableScene, table_scenes};
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
+use crate::layers::Layers;
 use crate::report::{Cell, Compared, Comparison, Outcome, Picture, Table, Tolerance};
 use glam::DVec2;
 use std::time::Instant;
@@ -11,7 +12,7 @@ use terrain_model::bounds::THRESHOLD;
 use terrain_model::certify::slope::slope_supremum;
 use terrain_model::program::Program;
 use terrain_model::trace::camera::Camera;
-use terrain_model::trace::shade::{Look, Pixel, render, to_srgb8};
+use terrain_model::trace::shade::{Landscape, Look, Pixel, View, render, to_srgb8};
 use terrain_model::trace::{Answer, Settings, Surface, Tracer};
 use terrain_papers::tables::{Genevaux2015Row, genevaux2015_table1};
 use terrain_papers::verdicts::Verdict;
@@ -165,10 +166,9 @@ fn run_scene(
 
     let surface = Surface::new(program);
     let Trial { settings, effort, ground } = Trial::new(scene, &surface, extent)?;
-    let elevations = ground.elevations;
     let coarse = picture_settings(extent);
     outcome.metric(&format!("{name}.picture_epsilon_metres"), coarse.epsilon)?;
-    pictures(ctx, scene, &surface, &coarse, elevations, row, paper_calls, outcome, compared)?;
+    pictures(ctx, scene, &surface, &coarse, row, paper_calls, outcome, compared)?;
 
     let supremum = slope_supremum(program, DVec2::ZERO, extent, 0.05, ctx.profile.pick(60_000, 1_000_000));
     outcome.metric(&format!("{name}.slope_bound"), surface.global().slope)?;
@@ -304,7 +304,6 @@ fn pictures(
     scene: &TableScene,
     surface: &Surface<'_>,
     settings: &Settings,
-    elevations: [f64; 2],
     row: &Genevaux2015Row,
     paper_calls: f64,
     outcome: &mut Outcome,
@@ -315,12 +314,14 @@ fn pictures(
     let placement =
         scene.scene.cameras.get("main").ok_or_else(|| ExperimentError::failed("a scene needs a main camera"))?;
     let camera = Camera::new(placement, width as usize, height as usize);
-    let extent = DVec2::from_array(row.extent_km) * 1000.0;
-    // Shadow rays would be counted apart; the paper's counts have none.
-    let look = Look { shadows: false, ..Look::over(DVec2::ZERO, extent, elevations) };
+    let look = Look::seen(surface, &camera).wished(&scene.scene.appearance);
+    // Counted is the ground alone: the paper's counts have no rays to the sun.
+    let ground = Landscape::from(surface.clone());
+    let plain = Look { shadows: false, ..look };
     for tracer in Tracer::WITH_PAPER {
         let start = Instant::now();
-        let pixels = render(surface, &camera, tracer, settings, &look);
+        let view = View { landscape: &ground, pixel: camera.pixel(), tracer, settings, look: &plain };
+        let pixels = render(&view, &camera);
         let seconds = start.elapsed().as_secs_f64();
         let terrain = pixels.iter().filter(|p| matches!(p.answer, Answer::Hit { .. })).count();
         let evaluations: u64 = pixels.iter().map(|p| p.evaluations).sum();
@@ -356,12 +357,13 @@ fn pictures(
             )
             .camera(format!("{name}, main")),
         );
-        if tracer == Tracer::Accelerated {
-            let colours: Vec<u8> = pixels.iter().flat_map(|p| to_srgb8(p.colour)).collect();
-            let image = ctx.write_png(name, width, height, &colours)?;
-            outcome.picture(Picture::new(image, &format!("After {}", row.scene)).camera(format!("{name}, main")));
-        }
     }
+    let layers = Layers::of(&scene.scene, scene.program.clone()).map_err(ExperimentError::failed)?;
+    let landscape = layers.landscape();
+    let view = View { landscape: &landscape, pixel: camera.pixel(), tracer: Tracer::Segment, settings, look: &look };
+    let colours: Vec<u8> = render(&view, &camera).iter().flat_map(|p| to_srgb8(p.colour)).collect();
+    let image = ctx.write_png(name, width, height, &colours)?;
+    outcome.picture(Picture::new(image, &format!("After {}", row.scene)).camera(format!("{name}, main")));
     Ok(())
 }
 
