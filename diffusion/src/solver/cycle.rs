@@ -42,7 +42,8 @@ struct Level<const K: usize> {
 impl<const K: usize> Level<K> {
     fn new(operator: Stencil<f32>, interpolation: Option<Interpolation>) -> Level<K> {
         let (width, height) = (operator.width(), operator.height());
-        let inverse = (0..height).into_par_iter().flat_map_iter(|j| operator.line(j).iter().map(|a| 1.0 / a[SELF])).collect();
+        let inverse =
+            (0..height).into_par_iter().flat_map_iter(|j| operator.line(j).iter().map(|a| 1.0 / a[SELF])).collect();
         let plane = || Plane::new(width, height);
         Level { inverse, interpolation, x: plane(), b: plane(), rest: plane(), operator }
     }

@@ -82,7 +82,9 @@ impl Interpolation {
         Stencil::new(halved(self.width), halved(self.height), |ci, cj| {
             let mut row = [0.0f64; 9];
             for (_, (x, y)) in STEPS.into_iter().enumerate() {
-                let (Some(i), Some(j)) = ((2 * ci).checked_add_signed(x), (2 * cj).checked_add_signed(y)) else { continue };
+                let (Some(i), Some(j)) = ((2 * ci).checked_add_signed(x), (2 * cj).checked_add_signed(y)) else {
+                    continue;
+                };
                 if i >= self.width || j >= self.height {
                     continue;
                 }

@@ -4,9 +4,9 @@
 //! At a free node F is the mean of the neighbours that exist, which makes the raster's border a natural one (no flow across it). The
 //! fixed values go to the right-hand side, so the operator on the free nodes is symmetric.
 
+use super::SolveError;
 use super::cycle::{Cycle, Smoother};
 use super::krylov::{Operator, Progress, Stop, conjugate_gradients};
-use super::SolveError;
 use crate::plane::Plane;
 use crate::stencil::{SELF, Stencil, index_of};
 
@@ -97,7 +97,10 @@ impl<const K: usize> Operator<K> for Laplace {
                     let up = above.map_or(0.0, |line| free(line, i));
                     let own = vertical + f64::from(u8::from(i > 0)) + f64::from(u8::from(i + 1 < self.width));
                     std::array::from_fn(|k| {
-                        let beside = west * middle[i][k] + east * middle[i + 2][k] + down * south[i + 1][k] + up * north[i + 1][k];
+                        let beside = west * middle[i][k]
+                            + east * middle[i + 2][k]
+                            + down * south[i + 1][k]
+                            + up * north[i + 1][k];
                         own * middle[i + 1][k] - beside
                     })
                 };
@@ -160,7 +163,6 @@ mod tests {
         for n in [65, 129, 257, 400] {
             let (operator, mut values) = example(n);
             let progress = diffuse(&operator, &mut values, Stop::default()).unwrap();
-            println!("{n} {:?}", progress.residuals);
             assert!(progress.converged, "{n}: {progress:?}");
             assert!(progress.iterations() <= 8, "{n}: {:?}", progress.residuals);
         }
