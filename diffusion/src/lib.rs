@@ -1,5 +1,7 @@
 //! Terrain from feature curves by multigrid diffusion (Hnaidi 2010).
 
+pub mod curve;
 pub mod plane;
+pub mod raster;
 pub mod solver;
 pub mod stencil;
