@@ -77,6 +77,10 @@ impl<T: Float, const K: usize> Plane<T, K> {
         let (s, stride) = (j + 1, self.width + 2);
         self.rows[s & 1][(s >> 1) * stride + i + 1] = values;
     }
+    /// The values of every node, row by row from the south.
+    pub fn iter(&self) -> impl Iterator<Item = &[T; K]> {
+        (0..self.height).flat_map(|j| &self.padded_row(j as isize)[1..=self.width])
+    }
     /// Sets every node to zero.
     pub fn clear(&mut self) {
         self.rows.par_iter_mut().for_each(|rows| rows.fill([T::default(); K]));
