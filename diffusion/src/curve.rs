@@ -189,7 +189,7 @@ impl Curve {
             }
         }
         curve.lengths.push(total);
-        if !(total > 0.0 && total.is_finite()) { Err(CurveError::NoLength) } else { Ok(curve) }
+        if total > 0.0 && total.is_finite() { Ok(curve) } else { Err(CurveError::NoLength) }
     }
 
     /// Its control points, metres.
@@ -273,8 +273,8 @@ fn check_points(points: &[ConstraintPoint]) -> Result<(), CurveError> {
     }
     for (index, pair) in points.windows(2).enumerate() {
         let (before, place) = (pair[0].place, pair[1].place);
-        // Not `place <= before`: a place that is no number does not ascend either.
-        if !(place > before) {
+        // A place that is no number does not ascend either.
+        if place.is_nan() || place <= before {
             return Err(CurveError::Order { index: index + 1, place, before });
         }
     }

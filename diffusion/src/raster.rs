@@ -152,12 +152,9 @@ impl<'a> Strip<'a> {
                 for j in (bottom.max(first as f64) as usize)..=(top.min(last as f64) as usize) {
                     let [west, east] = span(domain.at(0, j).y);
                     let (west, east) = (west.max(low.x), east.min(high.x));
-                    // One node of slack: `find` decides.
+                    // One node of slack at least: `find` decides.
                     let start = (index(west - domain.origin.x).floor()).max(0.0);
                     let end = (index(east - domain.origin.x).ceil()).min(domain.width as f64 - 1.0);
-                    if !(start <= end) {
-                        continue;
-                    }
                     for i in start as usize..=end as usize {
                         let Some(found) = find(domain.at(i, j)).filter(|found| found.distance <= self.reach) else {
                             continue;

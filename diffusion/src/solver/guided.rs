@@ -78,13 +78,23 @@ pub struct Guided {
 
 /// One node's equation F = Σ weight·F_neighbour + constant, weights by index of [`STEPS`].
 #[derive(Clone, Copy, Debug, Default)]
-struct Row {
+pub(super) struct Row {
     weights: [f64; 9],
     constant: f64,
 }
 
 impl Row {
-    fn of(constraint: Constraint, update: Update, spacing: f64, exists: &impl Fn(isize, isize) -> bool) -> Row {
+    /// The right-hand side for the neighbours' values given by their steps: one Jacobi iteration.
+    pub(super) fn value(&self, at: impl Fn(isize, isize) -> f64) -> f64 {
+        let named = STEPS.into_iter().enumerate().filter(|&(k, _)| self.weights[k] != 0.0);
+        named.fold(self.constant, |total, (k, (x, y))| total + self.weights[k] * at(x, y))
+    }
+    pub(super) fn of(
+        constraint: Constraint,
+        update: Update,
+        spacing: f64,
+        exists: &impl Fn(isize, isize) -> bool,
+    ) -> Row {
         let mut row = Row::default();
         match constraint {
             Constraint::Elevation(value) => row.constant = value,

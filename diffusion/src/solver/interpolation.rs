@@ -81,7 +81,7 @@ impl Interpolation {
     pub fn coarse_operator(&self, fine: &Stencil<f32>) -> Stencil<f32> {
         Stencil::new(halved(self.width), halved(self.height), |ci, cj| {
             let mut row = [0.0f64; 9];
-            for (_, (x, y)) in STEPS.into_iter().enumerate() {
+            for (x, y) in STEPS {
                 let (Some(i), Some(j)) = ((2 * ci).checked_add_signed(x), (2 * cj).checked_add_signed(y)) else {
                     continue;
                 };

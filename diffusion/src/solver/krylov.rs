@@ -92,7 +92,8 @@ impl<const K: usize> Meter<K> {
     }
     /// The fields that have not arrived. A residual that is no number has not.
     fn active(&self) -> [bool; K] {
-        self.residuals[self.residuals.len() - 1].map(|residual| !(residual <= self.stop.relative_residual))
+        self.residuals[self.residuals.len() - 1]
+            .map(|residual| residual.is_nan() || residual > self.stop.relative_residual)
     }
     fn done(&self) -> bool {
         self.residuals.len() > self.stop.iterations || !self.active().contains(&true)

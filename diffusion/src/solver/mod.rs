@@ -1,5 +1,6 @@
 //! Solvers of the discrete fields.
 
+pub mod cascade;
 pub mod cycle;
 mod dense;
 pub mod guided;
