@@ -66,6 +66,10 @@ Proof.
     assert (0 <= (w * lambda + n) ^ 2) by apply pow2_ge_0. nra.
 Qed.
 
+(** With a direction that is no unit vector it may be shorter. *)
+Lemma step_without_unit_false : exists w0 n0 l0, 0 <= n0 /\ 0 <= l0 /\ sqrt (1 + l0 ^ 2) < - (w0 - n0 * l0).
+Proof. exists (-3), 0, 0. replace (1 + 0 ^ 2) with 1 by ring. rewrite sqrt_1. lra. Qed.
+
 (** With a budget of rounding: computed are a height that may be off by e, a rate not above the true one, and a quotient that may be
     too long by the share r. Deflating by the same share and by e makes the step safe again: DEFLATE and TOUCH of
     model/src/trace/march.rs. *)

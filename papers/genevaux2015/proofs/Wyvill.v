@@ -1,6 +1,5 @@
 From Coq Require Import Reals Lra Psatz.
 From Coquelicot Require Import Coquelicot.
-From Interval Require Import Tactic.
 Open Scope R_scope.
 
 (** Wyvill's falloff on [0, r): g(x) = (1 - (x/r)^2)^3 (Genevaux 2015, 4.1 and appendix). *)
@@ -66,10 +65,6 @@ Proof.
   - assert (0 < sqrt 5) by (apply sqrt_lt_R0; lra). assert (0 < / r) by (apply Rinv_0_lt_compat; lra).
     unfold Rdiv. repeat apply Rmult_le_pos; try lra; nra.
 Qed.
-
-(** the same bound the cheap way, one line, to 1e-6 *)
-Lemma g'_interval x : 0 <= x <= 1 -> Rabs (6 * x * (1 - x ^ 2) ^ 2) <= 17173003 / 10000000.
-Proof. intros H. interval with (i_bisect x, i_autodiff x, i_prec 60). Qed.
 
 (** The quintic fade 6t^5 - 15t^4 + 10t^3. model/src/falloff.rs: fade. *)
 Lemma dfade_bound t : 0 <= t <= 1 -> Rabs (30 * t^2 * (1 - t)^2) <= 15 / 8.
