@@ -1,7 +1,9 @@
 //! Experiments that reproduce every table and figure, and the terrain command.
 
+pub mod claims;
 pub mod environment;
 pub mod experiment;
+mod found;
 pub mod genevaux2015;
 pub mod layers;
 mod memory;
@@ -15,7 +17,8 @@ use experiment::Experiment;
 
 /// Every experiment, in the order of the report.
 pub fn experiments() -> Vec<&'static Experiment> {
-    [model::EXPERIMENTS, genevaux2015::EXPERIMENTS].concat()
+    // The ledger comes last: it builds on what the others find.
+    [model::EXPERIMENTS, genevaux2015::EXPERIMENTS, claims::EXPERIMENTS].concat()
 }
 
 /// The experiments that `ids` name, in the order of the report: an id, or a paper for all of its experiments.
