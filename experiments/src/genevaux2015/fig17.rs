@@ -269,7 +269,7 @@ fn claim(outcome: &mut Outcome, rows: &[Row]) -> Result<(), ExperimentError> {
     let holds = fine.errors.largest < best;
     let verdict = if holds { ClaimVerdict::Reproduced } else { ClaimVerdict::NotReproduced };
     let evidence = format!(
-        "largest error of tracing to 1 cm {:.4} pixels with {} evaluations; of the best mesh with no more {best:.4}",
+        "largest error of tracing to 1 cm {:.4} pixels with {} evaluations; of the best mesh tried with no more {best:.4}",
         fine.errors.largest, fine.evaluations
     );
     outcome.claim(Claim::new(

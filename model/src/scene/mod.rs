@@ -178,6 +178,10 @@ impl Scene {
             SceneError::Node { path: self.paths.get(node).cloned().unwrap_or_default(), problem }
         })
     }
+    /// Where a node stands in the file, as `layers.bedrock.blend[3]`.
+    pub fn path(&self, node: NodeId) -> &str {
+        self.paths.get(node.index()).map_or("", String::as_str)
+    }
     /// The layer that is the ground: `bedrock` if there is one, else the first.
     pub fn ground(&self) -> &str {
         if self.layers.contains_key("bedrock") {

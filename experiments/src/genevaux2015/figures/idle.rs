@@ -66,7 +66,7 @@ fn copy(
 }
 
 /// The primitives below `root`, and whether a map of the plane, or a mask, stands anywhere above one.
-fn primitives(tree: &Tree, root: NodeId) -> (Vec<NodeId>, bool) {
+pub fn primitives(tree: &Tree, root: NodeId) -> (Vec<NodeId>, bool) {
     let mut pending = vec![root];
     let mut seen = BTreeMap::new();
     let mut moved = false;
@@ -80,13 +80,14 @@ fn primitives(tree: &Tree, root: NodeId) -> (Vec<NodeId>, bool) {
     (seen.into_iter().filter_map(|(id, primitive)| primitive.then_some(id)).collect(), moved)
 }
 
-/// For each primitive below `root`, on how many of the points the ground changes without it.
+/// For each of these primitives below `root`, on how many of the points the ground changes without it.
 ///
 /// # Errors
 /// A tree that does not compile without one.
 pub fn changes(
     tree: &Tree,
     root: NodeId,
+    (chosen, moved): (&[NodeId], bool),
     focus: impl Fn(Program) -> Program + Sync,
     seen: &[Seen],
 ) -> Result<Vec<u64>, String> {
@@ -96,8 +97,8 @@ pub fn changes(
         let mut evaluator = Evaluator::new(program);
         points.map(|p| evaluator.run(program, [p.at.x, p.at.y])).collect()
     };
-    let (all, moved) = primitives(tree, root);
-    all.par_iter()
+    chosen
+        .par_iter()
         .map(|removed| {
             // Outside its own support, which is known where nothing moves it, a primitive changes nothing.
             let support = if moved { None } else { compile(tree, *removed)?.support() };
@@ -132,7 +133,8 @@ mod tests {
         let root = tree.push(Node::Blend(vec![plain, hill, idle, away]));
         let seen: Vec<Seen> =
             (-200..200).map(|k| Seen { at: DVec3::new(f64::from(k), 0.0, 0.0), footprint: 1.0 }).collect();
-        let counts = changes(&tree, root, |program| program, &seen).unwrap();
+        let (all, moved) = primitives(&tree, root);
+        let counts = changes(&tree, root, (&all, moved), |program| program, &seen).unwrap();
         assert_eq!(counts.iter().filter(|count| **count == 0).count(), 2, "{counts:?}");
         assert!(counts[0] > 300 && counts[1] > 60, "{counts:?}");
     }

@@ -194,6 +194,8 @@ pub struct RoadSlopes {
     pub across: Measure,
     /// Along its middle.
     pub along: Measure,
+    /// The steepest grade that it is laid with.
+    pub grade: f64,
 }
 
 /// Cross-slope and grade of the road of Fig. 22, on the terrain, over a carriageway of `width` metres; the control walks beside
@@ -220,8 +222,21 @@ pub fn road_slopes(width: f64) -> Result<RoadSlopes, String> {
         }
         Ok([across, along])
     };
+    let mut grade = 0.0f64;
+    for curve in curves(&scene) {
+        for stretch in curve.path.stretches(curve.tolerance, curve.joint)? {
+            let mean = (stretch.elevation[1] - stretch.elevation[0]) / stretch.arc.length;
+            // A parabola through these three in a mean has its extremum no further out than their spread.
+            let [a, b] = stretch.grade;
+            grade = grade.max(a.abs()).max(b.abs()).max((1.5 * mean - 0.25 * (a + b)).abs());
+        }
+    }
     let ([across, along], [beside, up]) = (slopes(0.0)?, slopes(4.0 * width)?);
-    Ok(RoadSlopes { across: Measure { value: across, control: beside }, along: Measure { value: along, control: up } })
+    Ok(RoadSlopes {
+        across: Measure { value: across, control: beside },
+        along: Measure { value: along, control: up },
+        grade,
+    })
 }
 
 /// How sharp the dunes of Fig. 17 are.
