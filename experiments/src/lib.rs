@@ -5,6 +5,7 @@ pub mod environment;
 pub mod experiment;
 mod found;
 pub mod genevaux2015;
+pub mod layers;
 mod memory;
 pub mod model;
 pub mod report;

@@ -44,9 +44,10 @@ impl Verdict {
         }
     }
 
-    /// Whether this verdict falls below the recorded one.
+    /// Whether this verdict falls below the recorded one. A machine that lacks what an experiment needs takes nothing back from what
+    /// another machine showed.
     pub fn is_worse_than(self, recorded: Self) -> bool {
-        self > recorded
+        self > recorded && self != Self::Skipped
     }
 }
 
@@ -147,10 +148,10 @@ mod tests {
     use Verdict::{NotAttempted, NotReproduced, Partial, Reproduced, Skipped};
 
     #[test]
-    fn order_runs_from_reproduced_to_not_attempted() {
-        let order = [Reproduced, Partial, NotReproduced, Skipped, NotAttempted];
+    fn order_runs_from_reproduced_to_not_attempted_and_a_skip_takes_nothing_back() {
+        let order = [Reproduced, Partial, NotReproduced, NotAttempted];
         for (i, better) in order.iter().enumerate() {
-            assert!(!better.is_worse_than(*better));
+            assert!(!better.is_worse_than(*better) && !Skipped.is_worse_than(*better));
             for worse in &order[i + 1..] {
                 assert!(worse.is_worse_than(*better) && !better.is_worse_than(*worse));
             }

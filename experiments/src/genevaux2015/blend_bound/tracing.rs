@@ -11,7 +11,7 @@ use terrain_model::program::Program;
 use terrain_model::scene::CameraPlacement;
 use terrain_model::trace::camera::Camera;
 use terrain_model::trace::certified::Effort;
-use terrain_model::trace::shade::{Look, Pixel, render, to_srgb8};
+use terrain_model::trace::shade::{Landscape, Look, Pixel, View, render, to_srgb8};
 use terrain_model::trace::{Settings, Surface, Tracer};
 
 /// A scene made for the printed bound.
@@ -160,7 +160,10 @@ pub fn pictures(
     let (lo, hi) = scene.extent;
     let look = Look { shadows: false, ..Look::over(lo, hi, scene.elevations) };
     let corrected = Surface::with_rule(&scene.program, BlendRule::Corrected);
-    let draw = |surface: &Surface<'_>, tracer| render(surface, &camera, tracer, &settings(), &look);
+    let draw = |surface: &Surface<'_>, tracer| {
+        let (landscape, settings) = (Landscape::from(surface.clone()), &settings());
+        render(&View { landscape: &landscape, pixel: camera.pixel(), tracer, settings, look: &look }, &camera)
+    };
     let truth = draw(&corrected, Tracer::Accelerated);
     let placement = &scene.placement;
     let from = format!("{name}: eye {}, target {}", placement.eye, placement.target);
