@@ -3,6 +3,8 @@
 mod adaptive;
 mod blend_bound;
 mod falloff;
+mod fig17;
+mod figures;
 mod meshes;
 mod noise_bound;
 pub mod rays;
@@ -21,4 +23,6 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &noise_bound::EXPERIMENT,
     &adaptive::EXPERIMENT,
     &tin::EXPERIMENT,
+    &figures::EXPERIMENT,
+    &fig17::EXPERIMENT,
 ];
