@@ -2,6 +2,7 @@
 
 pub mod environment;
 pub mod experiment;
+pub mod generate;
 pub mod genevaux2015;
 mod memory;
 pub mod model;

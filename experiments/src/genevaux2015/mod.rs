@@ -1,5 +1,6 @@
 //! Génevaux et al. 2015: one module per table, figure or claim.
 
+mod ablations;
 mod adaptive;
 mod blend_bound;
 mod falloff;
@@ -7,6 +8,7 @@ mod meshes;
 mod noise_bound;
 pub mod rays;
 pub mod record;
+mod scaling;
 pub mod scenes;
 mod table1;
 mod tin;
@@ -21,4 +23,6 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &noise_bound::EXPERIMENT,
     &adaptive::EXPERIMENT,
     &tin::EXPERIMENT,
+    &scaling::EXPERIMENT,
+    &ablations::EXPERIMENT,
 ];
