@@ -14,6 +14,7 @@ pub const BUILTIN: &str = "builtin:";
 /// The embedded scenes: name and text. Images are looked up in [`IMAGES`] by the name that the scene gives them.
 const SCENES: &[(&str, &str)] = &[
     ("demo", include_str!("../scenes/demo.ron")),
+    ("fig1", include_str!("../scenes/fig1.ron")),
     ("fig3", include_str!("../scenes/fig3.ron")),
     ("fig8_quad", include_str!("../scenes/fig8_quad.ron")),
     ("fig9_strip", include_str!("../scenes/fig9_strip.ron")),
@@ -24,8 +25,10 @@ const SCENES: &[(&str, &str)] = &[
     ("fig16_lod", include_str!("../scenes/fig16_lod.ron")),
     ("fig6_river", include_str!("../scenes/fig6_river.ron")),
     ("fig7_lake", include_str!("../scenes/fig7_lake.ron")),
-    ("fig22_road", include_str!("../scenes/fig22_road.ron")),
     ("fig19", include_str!("../scenes/fig19.ron")),
+    ("fig20", include_str!("../scenes/fig20.ron")),
+    ("fig21", include_str!("../scenes/fig21.ron")),
+    ("fig22", include_str!("../scenes/fig22.ron")),
 ];
 
 /// The embedded GeoTIFFs, named as a scene in `experiments/scenes` reaches them: such a scene can also be read as a file.

@@ -1,6 +1,8 @@
 //! `reproduce`: lists and runs experiments. Status 0 when every experiment ran and no verdict got worse than the recorded one, 1
 //! when one did, 2 when the program could not run.
 
+#[path = "reproduce/claims.rs"]
+mod claims;
 #[path = "reproduce/rays.rs"]
 mod rays;
 
@@ -55,6 +57,24 @@ enum Verb {
         #[arg(long)]
         check: bool,
     },
+    /// Judges the rows of the ledger again: every statement of a paper with what shows it
+    Claims {
+        /// A paper's folder, as `genevaux2015`
+        #[arg(long, value_name = "PAPER")]
+        paper: Option<String>,
+        /// One row, with its witness, proofs and plot
+        #[arg(long, value_name = "ID")]
+        id: Option<String>,
+        /// Looks for violations: random points, gradient ascent, intervals
+        #[arg(long)]
+        hunt: bool,
+    },
+    /// Checks the proofs of the papers with `coqc`
+    Proofs {
+        /// A missing `coqc` is a failure
+        #[arg(long)]
+        strict: bool,
+    },
     /// Evaluates the scene of `model/throughput` and nothing else: what is run to count instructions
     #[command(hide = true)]
     CountScalar {
@@ -105,6 +125,10 @@ fn start(cli: Cli) -> Result<ExitCode, String> {
             let run = rays::Run { scene, rays, record, seed: options.seed, shard: options.shard };
             return if check { run.check() } else { run.extend() };
         }
+        Some(Verb::Claims { paper, id, hunt }) => {
+            return claims::Run { paper, id, hunt, profile, seed: options.seed, out: options.out }.run();
+        }
+        Some(Verb::Proofs { strict }) => return claims::proofs(strict),
         Some(Verb::CountScalar { count }) => {
             return count_scalar(count).map(|_| ExitCode::SUCCESS).map_err(|error| error.to_string());
         }

@@ -94,7 +94,7 @@ struct Subject {
 
 /// The scenes of Table 1, and one whose detail depends on the distance.
 fn subjects(ctx: &Context) -> Result<Vec<Subject>, ExperimentError> {
-    let (width, height) = ctx.profile.pick((128, 72), (960, 540));
+    let (width, height) = ctx.profile.pick((80, 45), (960, 540));
     let settings = |size: f64| {
         let epsilon = 1e-4 * size;
         Settings { epsilon, bracket: 10.0 * epsilon, edge: 1e-4 * epsilon, ..Settings::default() }

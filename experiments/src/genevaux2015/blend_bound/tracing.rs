@@ -11,7 +11,7 @@ use terrain_model::program::Program;
 use terrain_model::scene::CameraPlacement;
 use terrain_model::trace::camera::Camera;
 use terrain_model::trace::certified::Effort;
-use terrain_model::trace::shade::{Look, Pixel, render, to_srgb8};
+use terrain_model::trace::shade::{Landscape, Look, Pixel, View, render, to_srgb8};
 use terrain_model::trace::{Settings, Surface, Tracer};
 
 /// A scene made for the printed bound.
@@ -136,8 +136,11 @@ pub fn pictures(
     let camera = Camera::new(&scene.placement, width as usize, height as usize);
     let (lo, hi) = scene.extent;
     let look = Look { shadows: false, ..Look::over(lo, hi, scene.elevations) };
-    let draw =
-        |rule| render(&Surface::with_rule(&scene.program, rule), &camera, Tracer::Accelerated, &settings(), &look);
+    let draw = |rule| {
+        let landscape = Landscape::from(Surface::with_rule(&scene.program, rule));
+        let (tracer, settings) = (Tracer::Accelerated, &settings());
+        render(&View { landscape: &landscape, pixel: camera.pixel(), tracer, settings, look: &look }, &camera)
+    };
     let (right, wrong) = (draw(BlendRule::Corrected), draw(BlendRule::Paper));
     let missed: Vec<bool> = right.iter().zip(&wrong).map(|(right, wrong)| is_missed(right, wrong)).collect();
     let share = missed.iter().filter(|&&missed| missed).count() as f64 / missed.len() as f64;
