@@ -1,7 +1,8 @@
 //! What each means of acceleration saves (§8.2): hierarchical boxes, frequency pruning, and one tracer against another.
 
 use super::scenes::table_scenes;
-use crate::experiment::{Context, Expected, Experiment, ExperimentError};
+use crate::experiment::{Context, Expected, Experiment, ExperimentError, Profile};
+use crate::model::throughput::instructions_each;
 use crate::report::{Cell, Outcome, Table};
 use crate::scenes;
 use glam::DVec2;
@@ -19,7 +20,8 @@ pub const EXPERIMENT: Experiment = Experiment {
     about: "Pictures of the scenes are traced with everything on, without the quadtree of pruned programs (hierarchical boxes), and, \
             where detail depends on the distance, without frequency pruning: full detail everywhere. Counted are evaluations a pixel (a \
             value, a bound, an enclosure or a normal is one), instructions that they run (nodes of the tree), octaves of noise, and \
-            the slope bound that sphere tracing steps by. Counts are the same on every machine.",
+            the slope bound that sphere tracing steps by; these counts are the same on every machine. \
+            With valgrind present, machine instructions a pixel of Fig. 3 stand beside them.",
     code: "experiments/src/genevaux2015/ablations.rs",
     test: "experiments/src/genevaux2015/ablations.rs::boxes_change_no_hit_and_save_visits",
     expected: |profile| Expected { seconds: profile.pick(20.0, 600.0), memory_bytes: 256 << 20, disk_bytes: 256 << 10 },
@@ -83,6 +85,41 @@ fn octaves(surface: &Surface<'_>, low: DVec2, high: DVec2) -> f64 {
     all as f64 / (SIDE * SIDE) as f64
 }
 
+/// Traces `count` pixels of a scene of Table 1, the first ones of a sequence that covers the picture evenly: what the hidden
+/// command `count-pixels` runs.
+///
+/// # Errors
+/// No such scene or tracer.
+pub fn count_pixels(scene: &str, tracer: &str, count: u32) -> Result<u64, ExperimentError> {
+    let found = table_scenes().map_err(ExperimentError::failed)?.into_iter().find(|known| known.name == scene);
+    let scene = found.ok_or_else(|| ExperimentError::failed(format!("{scene}: no such scene")))?;
+    let tracer = Tracer::WITH_PAPER.into_iter().find(|known| known.name() == tracer);
+    let tracer = tracer.ok_or_else(|| ExperimentError::failed("no such tracer"))?;
+    let placement = scene.scene.cameras.get("main").ok_or_else(|| ExperimentError::failed("no main camera"))?;
+    let camera = Camera::new(placement, 1920, 1080);
+    let settings = picture_settings(scene.extent.max_element());
+    let surface = Surface::new(&scene.program);
+    let mut field = HeightRay::new(&surface);
+    // The plane's golden ratio.
+    let (mut at, step) = (DVec2::splat(0.5), DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3));
+    let mut evaluations = 0;
+    for _ in 0..count {
+        at = (at + step).fract();
+        field.aim(camera.ray(at.x * camera.width() as f64, at.y * camera.height() as f64));
+        if let Answer::Hit { t } = tracer.trace(&surface, &mut field, &settings) {
+            field.sample(t);
+        }
+        evaluations += field.evaluations();
+    }
+    Ok(evaluations)
+}
+
+/// ε of a picture, as in Table 1.
+fn picture_settings(size: f64) -> Settings {
+    let epsilon = 1e-4 * size;
+    Settings { epsilon, bracket: 10.0 * epsilon, edge: 1e-4 * epsilon, ..Settings::default() }
+}
+
 struct Subject {
     name: &'static str,
     program: Program,
@@ -95,10 +132,6 @@ struct Subject {
 /// The scenes of Table 1, and one whose detail depends on the distance.
 fn subjects(ctx: &Context) -> Result<Vec<Subject>, ExperimentError> {
     let (width, height) = ctx.profile.pick((80, 45), (960, 540));
-    let settings = |size: f64| {
-        let epsilon = 1e-4 * size;
-        Settings { epsilon, bracket: 10.0 * epsilon, edge: 1e-4 * epsilon, ..Settings::default() }
-    };
     let mut all = Vec::new();
     for scene in table_scenes().map_err(ExperimentError::failed)? {
         let Some(placement) = scene.scene.cameras.get("main") else { continue };
@@ -107,7 +140,7 @@ fn subjects(ctx: &Context) -> Result<Vec<Subject>, ExperimentError> {
             camera: Camera::new(placement, width, height),
             low: DVec2::ZERO,
             high: scene.extent,
-            settings: settings(scene.extent.max_element()),
+            settings: picture_settings(scene.extent.max_element()),
             program: scene.program,
         });
     }
@@ -117,7 +150,7 @@ fn subjects(ctx: &Context) -> Result<Vec<Subject>, ExperimentError> {
     let (low, high) = program.support().ok_or_else(|| ExperimentError::failed("fig16_lod is empty"))?;
     let size = (high - low).max_element();
     let camera = Camera::new(placement, width, height);
-    all.push(Subject { name: "fig16_lod", program, camera, low, high, settings: settings(size) });
+    all.push(Subject { name: "fig16_lod", program, camera, low, high, settings: picture_settings(size) });
     Ok(all)
 }
 
@@ -195,6 +228,18 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     }
     outcome.table(table)?;
     outcome.table(filters)?;
+    // A quick run does not wait for callgrind. Squares that are first met between few and many pixels are built in the count.
+    for tracer in Tracer::WITH_PAPER {
+        let name = format!("fig3.{}.instructions_per_pixel", tracer.name());
+        let counted = match ctx.profile {
+            Profile::Quick => Err("counted at full size".to_owned()),
+            Profile::Full => instructions_each(&["count-pixels", "fig3", tracer.name()], [2_000, 6_000]),
+        };
+        match counted {
+            Ok(count) => outcome.timing(&name, count)?,
+            Err(why) => outcome.absent(&name, why)?,
+        }
+    }
     if !(same && saved && filtered) {
         let why = format!(
             "boxes leave the hits as they are: {same}; they save instructions and cost no evaluations: {saved}; frequency pruning saves \

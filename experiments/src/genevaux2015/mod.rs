@@ -1,6 +1,6 @@
 //! Génevaux et al. 2015: one module per table, figure or claim.
 
-mod ablations;
+pub mod ablations;
 mod adaptive;
 mod blend_bound;
 mod falloff;

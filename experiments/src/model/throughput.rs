@@ -249,24 +249,33 @@ pub fn count_scalar(count: u32) -> Result<f64, ExperimentError> {
 /// # Errors
 /// Why it could not be counted, in words.
 pub fn instructions_per_evaluation() -> Result<f64, String> {
-    const COUNTS: [u32; 2] = [500, 8_500];
+    instructions_each(&[COUNT_COMMAND], [500, 8_500])
+}
+
+/// Instructions of one unit of the hidden command `words` of `reproduce`, which takes the number of units as its last word:
+/// callgrind's count for many of them less that for few, over their difference.
+///
+/// # Errors
+/// Why it could not be counted, in words.
+pub fn instructions_each(words: &[&str], counts: [u32; 2]) -> Result<f64, String> {
     let own = std::env::current_exe().map_err(|error| error.to_string())?;
     if own.file_stem().and_then(|name| name.to_str()) != Some("reproduce") {
         return Err("only the `reproduce` command can be run under callgrind".into());
     }
-    let count = |points: u32| -> Result<f64, String> {
+    let count = |units: u32| -> Result<f64, String> {
         let output = Command::new("valgrind")
             .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
             .arg(&own)
-            .args([COUNT_COMMAND, &points.to_string()])
+            .args(words)
+            .arg(units.to_string())
             .output()
             .map_err(|error| format!("valgrind did not start: {error}"))?;
         let text = String::from_utf8_lossy(&output.stderr);
         let collected = text.lines().find_map(|line| line.split_once("Collected : ")?.1.trim().parse().ok());
         collected.ok_or_else(|| format!("callgrind gave no count and ended with {}", output.status))
     };
-    let [few, many] = [count(COUNTS[0])?, count(COUNTS[1])?];
-    Ok((many - few) / f64::from(COUNTS[1] - COUNTS[0]))
+    let [few, many] = [count(counts[0])?, count(counts[1])?];
+    Ok((many - few) / f64::from(counts[1] - counts[0]))
 }
 
 /// Samples along the side of the regular meshes: five million in all.

@@ -83,25 +83,18 @@ impl Cell {
     fn new(around: &Arc<Program>, evidence: Evidence, centre: DVec2, half: f64, splits: u32) -> Cell {
         let prune = |from: &Arc<Program>, reach: f64| {
             let mut pruner = Pruner::with_evidence(from, evidence);
-            let program = pruner.prune(Region::rectangle(centre - reach, centre + reach));
-            let finest = pruner.finest();
+            let mut program = pruner.prune(Region::rectangle(centre - reach, centre + reach));
+            program.code.shrink_to_fit();
             // A square in which nothing leaves shares the program of the one around it.
-            (if program.code == from.code { from.clone() } else { Arc::new(program) }, finest)
+            (if program.code == from.code { from.clone() } else { Arc::new(program) }, pruner.finest())
         };
-        let (mut program, finest) = prune(around, 2.0 * half);
-        let mut cell = Cell {
-            centre,
-            half,
-            reach: 2.0 * half,
-            program: program.clone(),
-            splits,
-            parts: [const { OnceLock::new() }; 4],
-        };
+        let (program, finest) = prune(around, 2.0 * half);
+        let parts = [const { OnceLock::new() }; 4];
         if splits == 0 || 2.0 * half <= SHARE * finest {
-            program = prune(&program, half).0;
-            cell = Cell { reach: half, program, splits: 0, ..cell };
+            Cell { centre, half, reach: half, program: prune(&program, half).0, splits: 0, parts }
+        } else {
+            Cell { centre, half, reach: 2.0 * half, program, splits, parts }
         }
-        cell
     }
     /// Whether the program holds on a box.
     fn holds(&self, lo: DVec2, hi: DVec2) -> bool {
