@@ -137,6 +137,14 @@ pub fn builtin(name: &str) -> Result<Scene, SceneFileError> {
     })
 }
 
+/// Reads a scene without images from its text; `name` stands for the file in errors.
+///
+/// # Errors
+/// [`SceneFileError`]: not a scene, or one with an image.
+pub fn parse(name: &str, text: &str) -> Result<Scene, SceneFileError> {
+    read(name, text, &mut |file| Err(format!("{file}: expected a scene without images")))
+}
+
 fn read(
     file: &str,
     text: &str,

@@ -42,6 +42,14 @@ impl Judged {
     pub fn agrees(&self) -> bool {
         self.fresh == self.row.claim.verdict
     }
+    /// Does the row stand: its recorded verdict is the fresh one, and unless it is open, evidence and control are as they should be?
+    pub fn stands(&self) -> bool {
+        self.agrees() && (self.is_open() || (self.has_evidence() && self.controlled()))
+    }
+    /// Is nothing claimed of it?
+    pub fn is_open(&self) -> bool {
+        self.row.claim.verdict == ClaimVerdict::Open
+    }
     /// Was something that shows it run here, and its correction not turned down?
     pub fn has_evidence(&self) -> bool {
         let stands = |item: &Item| item.stands != Some(false);

@@ -84,8 +84,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     progress.advance(1);
     drop(progress);
 
-    let stands = |judged: &Judged| judged.agrees() && judged.has_evidence() && judged.controlled();
-    let fallen: Vec<String> = judged.iter().filter(|judged| !stands(judged)).map(|judged| judged.row.name()).collect();
+    let fallen: Vec<String> = judged.iter().filter(|judged| !judged.stands()).map(|judged| judged.row.name()).collect();
     let failed = proofs.values().filter(|checked| matches!(checked, Checked::Failed(_))).count();
     let right = fallen.is_empty() && failed == 0;
     let mut outcome = Outcome::new(if right { Verdict::Reproduced } else { Verdict::NotReproduced });
@@ -106,9 +105,9 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     for verdict in VERDICTS {
         outcome.metric(&verdict.word().replace(' ', "_"), count(verdict))?;
     }
-    let without = judged.iter().filter(|judged| !judged.has_evidence()).count();
+    let without = judged.iter().filter(|judged| !judged.is_open() && !judged.has_evidence()).count();
     outcome.metric("without_evidence", without as f64)?;
-    let uncontrolled = judged.iter().filter(|judged| !judged.controlled()).count();
+    let uncontrolled = judged.iter().filter(|judged| !judged.is_open() && !judged.controlled()).count();
     outcome.metric("rows_without_control", uncontrolled as f64)?;
     let blend = hunts.iter().find(|(_, id, _)| id == "blend-printed").and_then(|(_, _, prey)| prey.as_ref());
     outcome.metric("hunt.blend_ratio", blend.map_or(0.0, |prey| prey.proved))?;

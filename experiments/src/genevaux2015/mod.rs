@@ -1,5 +1,6 @@
 //! Génevaux et al. 2015: one module per table, figure or claim.
 
+pub mod ablations;
 mod adaptive;
 mod blend_bound;
 mod falloff;
@@ -9,6 +10,7 @@ mod meshes;
 mod noise_bound;
 pub mod rays;
 pub mod record;
+mod scaling;
 pub mod scenes;
 mod table1;
 mod tin;
@@ -25,4 +27,6 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &tin::EXPERIMENT,
     &figures::EXPERIMENT,
     &fig17::EXPERIMENT,
+    &scaling::EXPERIMENT,
+    &ablations::EXPERIMENT,
 ];

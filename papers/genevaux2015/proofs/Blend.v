@@ -227,3 +227,21 @@ Proof.
   { intros g x y. induction x; simpl; [lra|rewrite IHx; lra]. }
   unfold mean. rewrite !App. f_equal; lra.
 Qed.
+
+(** Where only one operand has weight the blend is that operand: disjoint supports give a union (5.1).
+    model/src/operator/blend.rs: Code::prune drops the absent. *)
+Lemma blend_alone a fa fb : 0 < a -> (a * fa + 0 * fb) / (a + 0) = fa.
+Proof. intros H. field. lra. Qed.
+(** But not where both have. *)
+Lemma blend_not_alone : (1 * 0 + 1 * 1) / (1 + 1) <> 0.
+Proof. lra. Qed.
+
+(** The gradient of the appendix: both lines before the one that drops the factor are right. da, db, dfa, dfb are derivatives along any
+    direction. *)
+Lemma gradient_of_beta a b da db : 0 < a + b ->
+  (da * (a + b) - a * (da + db)) / (a + b) ^ 2 = / (a + b) * ((1 - beta a b) * da - beta a b * db).
+Proof. intros H. unfold beta. field. lra. Qed.
+Lemma gradient_of_blend a b da db fa fb dfa dfb : 0 < a + b ->
+  ((da * fa + a * dfa + db * fb + b * dfb) * (a + b) - (a * fa + b * fb) * (da + db)) / (a + b) ^ 2 =
+  (fa - fb) * (/ (a + b) * ((1 - beta a b) * da - beta a b * db)) + (1 - beta a b) * dfb + beta a b * dfa.
+Proof. intros H. unfold beta. field. lra. Qed.

@@ -181,3 +181,13 @@ Proof.
     apply Rmult_le_compat_r; [apply Rabs_pos|]. eapply Rle_trans; [apply Ha|apply Rle_abs]. }
   apply Rplus_le_compat; apply sq; auto.
 Qed.
+
+(** Where B has no weight A stays, where it has weight 1 B stands alone. model/src/operator/replace.rs: Code::prune; and the ends of a
+    passage between levels of detail: lod.rs, Code::prune. *)
+Lemma replace_ends a b : (1 - 0) * a + 0 * b = a /\ (1 - 1) * a + 1 * b = b.
+Proof. split; ring. Qed.
+Lemma passage_continuous kappa ka kb a b : ka < kb -> kappa = ka \/ kappa = kb ->
+  let t := (kappa - ka) / (kb - ka) in (1 - t) * a + t * b = if Req_EM_T kappa ka then a else b.
+Proof.
+  intros H [E|E]; subst; cbv zeta; destruct Req_EM_T; try lra; field; lra.
+Qed.

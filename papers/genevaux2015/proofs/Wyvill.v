@@ -108,3 +108,24 @@ Proof.
   intros Tri Sym N N'. pose proof (Tri p p' s'). pose proof (Tri p' p s). rewrite (Sym p' p) in *.
   unfold Rabs; destruct Rcase_abs; lra.
 Qed.
+
+(** The second derivative vanishes at r and at r/sqrt5 and nowhere else on the positive side. *)
+Lemma second_derivative_zeros r x : 0 < r -> 0 < x ->
+  (-6 * (r^2 - x^2) * (r^2 - 5 * x^2) / r^6 = 0 <-> x = r \/ x * sqrt 5 = r).
+Proof.
+  intros Hr Hx. assert (P : r ^ 6 <> 0) by (apply pow_nonzero; lra).
+  assert (S : 0 < sqrt 5) by (apply sqrt_lt_R0; lra). assert (S2 : sqrt 5 * sqrt 5 = 5) by (apply sqrt_sqrt; lra).
+  split.
+  - intros E. assert (Z : (r^2 - x^2) * (r^2 - 5 * x^2) = 0).
+    { apply Rmult_eq_reg_l with (-6 / r ^ 6).
+      - rewrite Rmult_0_r, <- E. field. lra.
+      - unfold Rdiv. apply Rmult_integral_contrapositive_currified; [lra|apply Rinv_neq_0_compat; assumption]. }
+    apply Rmult_integral in Z. destruct Z as [Z|Z]; [left|right].
+    + assert ((r - x) * (r + x) = 0) by (rewrite <- Z; ring). apply Rmult_integral in H. lra.
+    + assert ((r - x * sqrt 5) * (r + x * sqrt 5) = 0).
+      { replace ((r - x * sqrt 5) * (r + x * sqrt 5)) with (r^2 - x^2 * (sqrt 5 * sqrt 5)) by ring. rewrite S2, <- Z. ring. }
+      apply Rmult_integral in H. assert (0 < x * sqrt 5) by (apply Rmult_lt_0_compat; assumption). lra.
+  - intros [E|E]; subst; [field; lra|].
+    replace ((x * sqrt 5) ^ 2) with (x ^ 2 * (sqrt 5 * sqrt 5)) by ring. rewrite S2.
+    replace (x ^ 2 * 5 - 5 * x ^ 2) with 0 by ring. unfold Rdiv. ring.
+Qed.

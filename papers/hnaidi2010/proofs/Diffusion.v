@@ -1,8 +1,9 @@
 From Coq Require Import Reals Lra Psatz Lia.
 Open Scope R_scope.
 
-(** The relaxation of Hnaidi 2010, 5.2, as an iteration F <- B F + b over cells, for diffusion, which holds no code yet. Every weight
-    of B is at least 0: B is monotone, I - B an M-matrix. Cells are numbers below n. *)
+(** The relaxation of Hnaidi 2010, 5.2, as an iteration F <- B F + b over cells: what diffusion/src/solver/cascade.rs, run, sweeps, and
+    whose fixed point guided.rs, Guided::solve, and laplace.rs, diffuse, solve for. Every weight of B is at least 0: B is monotone,
+    I - B an M-matrix. Cells are numbers below n. *)
 Section Iteration.
 Variable n : nat.
 Variable B : nat -> nat -> R.
@@ -87,7 +88,8 @@ Proof.
   induction k; intros x; [simpl; lra|]. cbn [iterate]. unfold once. simpl total. rewrite IHk, S_INR. lra.
 Qed.
 
-(** The gradient step (eq. 2) on a linear field of slope G = 1 along the unit normal: what is missing. *)
+(** The gradient step (eq. 2) on a linear field of slope G = 1 along the unit normal: what is missing of it as printed, and that the
+    weights |n_x|, |n_y| miss nothing. diffusion/src/solver/guided.rs: Update::Printed, Update::Corrected. *)
 Lemma gradient_step_error nx ny : nx ^ 2 * (- nx) + ny ^ 2 * (- ny) + 1 = 1 - (nx ^ 3 + ny ^ 3).
 Proof. ring. Qed.
 Lemma gradient_step_corrected nx ny : nx ^ 2 + ny ^ 2 = 1 -> 0 < nx + ny -> (nx * (- nx) + ny * (- ny) + 1) / (nx + ny) = 0.

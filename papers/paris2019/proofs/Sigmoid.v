@@ -116,3 +116,9 @@ Lemma mean_length p m : p < 1 -> m = 1 + p * m -> m = / (1 - p).
 Proof. intros Hp E. apply Rmult_eq_reg_r with (1 - p); [|lra]. rewrite Rinv_l by lra. lra. Qed.
 Lemma no_mean_at_one m : m <> 1 + 1 * m.
 Proof. lra. Qed.
+
+(** A perturbed radius R + t stays positive (5.2) for noise in [0, 1], and need not for signed noise. *)
+Lemma radius_positive r t : 0 < r -> 0 <= t -> 0 < r + t.
+Proof. lra. Qed.
+Lemma radius_signed_false : exists r t, 0 < r /\ -1 - 1/2 - 1/4 <= t /\ r + t < 0.
+Proof. exists 1, (- (3/2)). lra. Qed.

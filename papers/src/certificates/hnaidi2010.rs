@@ -35,6 +35,24 @@ pub(super) const ALL: &[Certificate] = &[
         }),
     },
     Certificate {
+        id: "gradient-norm-ascends",
+        shows: "A norm added along n can only ascend: a slope down along n is missed by twice its size.",
+        control: "a signed slope",
+        certifies: &[],
+        kind: Kind::Witness(&Statement { names: ["descent"], root: [(0.1, 2.0)], measure: Descent }),
+    },
+    Certificate {
+        id: "identification-iterate",
+        shows: "An identification term that reads the iterate forgets its datum.",
+        control: "the datum",
+        certifies: &[],
+        kind: Kind::Witness(&Statement {
+            names: ["alpha", "datum"],
+            root: [(0.1, 0.9), (1.0, 100.0)],
+            measure: Identification,
+        }),
+    },
+    Certificate {
         id: "multifractal-amplitude",
         shows: "The noise of amplitude A reaches A times the sum of its octaves.",
         control: "divided by that sum",
@@ -90,6 +108,25 @@ impl Measure<2> for Spacing {
         // The neighbour's value and G, over the distance to it.
         let slope = |rise: R| (rise / spacing - gradient).abs();
         Sides::forms(slope(gradient), slope(gradient * spacing), R::constant(1e-6))
+    }
+}
+
+struct Descent;
+impl Measure<1> for Descent {
+    fn sides<R: Number>(&self, [descent]: [R; 1]) -> Sides<R> {
+        // Level ground behind, a slope of −descent wanted: F = F_N + G.
+        let off = |g: R| (g + descent).abs();
+        Sides::forms(off(descent.abs()), off(-descent), R::constant(1e-6))
+    }
+}
+
+struct Identification;
+impl Measure<2> for Identification {
+    fn sides<R: Number>(&self, [alpha, datum]: [R; 2]) -> Sides<R> {
+        // One cell among neighbours held at 0. F = α·0 + (1 − α)·F has the fixed point 0, F = α·0 + (1 − α)·datum that mean.
+        let wanted = (R::one() - alpha) * datum;
+        let held = alpha * R::zero() + (R::one() - alpha) * datum;
+        Sides::forms(wanted.abs(), (held - wanted).abs(), R::constant(1e-6))
     }
 }
 

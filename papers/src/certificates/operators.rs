@@ -246,6 +246,13 @@ pub(super) const ALL: &[Certificate] = &[
         }),
     },
     Certificate {
+        id: "bounds-local",
+        shows: "The slope bound over a part is at most that over the whole, for every part of the family, and is half of it somewhere.",
+        control: "the whole as part of a part",
+        certifies: &[],
+        kind: Kind::Proof(local),
+    },
+    Certificate {
         id: "prune-exact",
         shows: "On every tile of a cover the pruned program answers the bits of the whole one, at 400 points a tile.",
         control: "pruned to the tile beside",
@@ -687,6 +694,27 @@ impl Measure<3> for WeightKink {
         let weight = |t: Dual<R, 1>| (Dual::one() - t) * Dual::fixed(a) + t * Dual::fixed(b);
         let slope = |t: Dual<R, 1>| weight(t).slope[0].abs() / width;
         Sides::forms(slope(s), slope(smooth(s)), R::constant(1e-9))
+    }
+}
+
+fn local(form: Form) -> Finding {
+    let (mut parts, mut worst, mut best) = (0, 0.0f64, f64::INFINITY);
+    for member in blends().into_iter().flatten() {
+        let (lo, hi) = member.extent;
+        let whole = member.program.bounds(Region::rectangle(lo, hi)).slope;
+        for k in 0..64u32 {
+            let a = lo + (hi - lo) * DVec2::new(f64::from(k % 8), f64::from(k / 8)) / 8.0;
+            let part = member.program.bounds(Region::rectangle(a, a + (hi - lo) / 8.0)).slope;
+            let (smaller, larger) = form.pick((part, whole), (whole, part));
+            parts += 1;
+            worst = worst.max(smaller / larger.max(f64::MIN_POSITIVE));
+            best = best.min(smaller / larger.max(f64::MIN_POSITIVE));
+        }
+    }
+    if worst <= 1.0 + 1e-9 && best <= 0.5 {
+        Finding::Proved { bound: 1.0, attained: worst, boxes: parts }
+    } else {
+        Finding::Refuted { bound: 1.0, value: worst, at: "a part of the family".to_owned() }
     }
 }
 

@@ -38,6 +38,20 @@ pub(super) const ALL: &[Certificate] = &[
         }),
     },
     Certificate {
+        id: "erosion-order",
+        shows: "Erosion's response is not symmetric: the order of its arguments matters.",
+        control: "arguments by name",
+        certifies: &[],
+        kind: Kind::Witness(&Statement { names: ["rho", "sigma"], root: [(0.0, 1.0), (0.0, 1.0)], measure: Order }),
+    },
+    Certificate {
+        id: "queue-order",
+        shows: "The head of a queue by decreasing resistance is not the least resistant candidate.",
+        control: "a queue by increasing resistance",
+        certifies: &[],
+        kind: Kind::Witness(&Statement { names: ["rho_a", "rho_b"], root: [(0.0, 1.0), (0.0, 1.0)], measure: Queue }),
+    },
+    Certificate {
         id: "erosion-range",
         shows: "On [0, 1]³ erosion's response lies in [0, 1].",
         control: "resistances up to 1.1",
@@ -155,6 +169,25 @@ struct Erosion;
 impl Measure<3> for Erosion {
     fn sides<R: Number>(&self, [rho, sigma, beta]: [R; 3]) -> Sides<R> {
         Sides::forms(-erosion(rho, sigma, beta), -erosion(rho.clamp01(), sigma, beta), R::constant(1e-9))
+    }
+}
+
+struct Order;
+impl Measure<2> for Order {
+    fn sides<R: Number>(&self, [rho, sigma]: [R; 2]) -> Sides<R> {
+        let beta = R::constant(0.1);
+        let (right, swapped) = (erosion(rho, sigma, beta), erosion(sigma, rho, beta));
+        let again = erosion(rho, sigma, beta);
+        Sides::forms((right - swapped).abs(), (right - again).abs(), R::constant(1e-6))
+    }
+}
+
+struct Queue;
+impl Measure<2> for Queue {
+    fn sides<R: Number>(&self, [a, b]: [R; 2]) -> Sides<R> {
+        // How much more resistant than the least the head is.
+        let least = a.min(b);
+        Sides::forms(a.max(b) - least, a.min(b) - least, R::constant(1e-6))
     }
 }
 

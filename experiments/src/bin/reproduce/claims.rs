@@ -44,7 +44,7 @@ impl Run {
         }
         let mut stands = true;
         for judged in &whole.judged {
-            let right = judged.agrees() && judged.has_evidence() && judged.controlled();
+            let right = judged.stands();
             stands &= right;
             if self.id.is_some() {
                 self.page(judged)?;
