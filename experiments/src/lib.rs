@@ -4,6 +4,7 @@ pub mod claims;
 pub mod environment;
 pub mod experiment;
 mod found;
+pub mod generate;
 pub mod genevaux2015;
 pub mod layers;
 mod memory;

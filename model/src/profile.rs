@@ -1,7 +1,8 @@
 //! Cross-sections as 1D piecewise quadric functions (Génevaux 2015 §4.1): C¹, constant beyond their ends.
 
+use crate::interval::{Interval, Tri};
 use crate::primitive::{Number, Parameters};
-use crate::real::{Mask, Operand};
+use crate::real::{Mask, Operand, Real};
 use serde::{Deserialize, Serialize};
 
 /// Parameters of a piece: where it starts, and the coefficients of 1, t, t² with t measured from there.
@@ -83,12 +84,36 @@ pub fn evaluate<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, pieces: usize,
     height
 }
 
+/// Slopes over the signed distances `d`: pieces are parabolas, so each is met at its ends.
+fn slopes(p: Parameters<f64>, pieces: usize, d: Interval) -> Interval {
+    let mut hull: Option<Interval> = None;
+    for piece in 0..pieces {
+        let k = piece * PIECE_WIDTH;
+        let start = if piece == 0 { f64::NEG_INFINITY } else { p.0[k] };
+        let end = if piece + 1 < pieces { p.0[k + PIECE_WIDTH] } else { f64::INFINITY };
+        let (from, to) = (d.lo().max(start), d.hi().min(end));
+        if from > to {
+            continue;
+        }
+        let t = if piece == 0 || piece + 1 == pieces {
+            Interval::ZERO
+        } else {
+            Interval::new(from, to) - Interval::point(p.0[k])
+        };
+        let here = Interval::point(p.0[k + 2]) + (t + t) * Interval::point(p.0[k + 3]);
+        hull = Some(hull.map_or(here, |hull| hull.hull(here)));
+    }
+    hull.unwrap_or(Interval::ZERO)
+}
+
 /// Compiled cross-sections along a skeleton; between two of them heights change with the fade 3t² − 2t³, which keeps the
 /// slope along the skeleton continuous.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sections {
     count: u16,
     pieces: u16,
+    /// All of them are the same on both sides.
+    even: bool,
 }
 
 /// Parameters of a section before its pieces: where it stands, and 1 over the distance to the next.
@@ -124,7 +149,29 @@ pub fn compile_sections(sections: &[Section]) -> Result<(Sections, Vec<f64>), St
         }
         out.extend(section);
     }
-    Ok((Sections { count, pieces }, out))
+    let even = sections.iter().all(|section| mirrored(&section.profile));
+    Ok((Sections { count, pieces, even }, out))
+}
+
+/// Is a profile the same on both sides?
+fn mirrored(knots: &[Knot]) -> bool {
+    let same = |(a, b): (&Knot, &Knot)| a.distance == -b.distance && a.height == b.height && a.slope == -b.slope;
+    knots.iter().zip(knots.iter().rev()).all(same)
+}
+
+/// Over a box: what cross-sections are beside an arc.
+#[derive(Clone, Copy, Debug)]
+pub struct Beside {
+    /// The height.
+    pub height: Interval,
+    /// Two arcs that read at the same distance differ by a value of one and a value of the other.
+    pub differing: Interval,
+    /// Is the gradient across the skeleton a normal of it?
+    pub settled: bool,
+    /// A bound of it.
+    pub across: f64,
+    /// A bound of how it changes along the skeleton, per metre.
+    pub along: f64,
 }
 
 impl Sections {
@@ -150,5 +197,75 @@ impl Sections {
             }
         }
         height
+    }
+    /// Height at distance `d` from the skeleton, on its left where `side` ≥ d, on its right where −side ≥ d: e(d) + o(side), with
+    /// e and o the even and odd part of the section. Where the foot lies on the arc (`inside`), |side| ≥ d.
+    #[inline(always)]
+    pub fn beside<R: Number, P: Copy + Into<f64>>(self, p: Parameters<P>, d: R, inside: R::Mask, side: R, s: R) -> R {
+        if self.even {
+            return self.evaluate(p, d, s);
+        }
+        let side = side.max(-d).min(d);
+        if R::ENCLOSES && inside.must_hold() {
+            return self.evaluate(p, side, s);
+        }
+        let even = self.evaluate(p, d, s) + self.evaluate(p, -d, s);
+        R::constant(0.5) * (even + (self.evaluate(p, side, s) - self.evaluate(p, -side, s)))
+    }
+    /// The same over a box, with slope bounds. Two sections are passed between by h₀ + ω(t)·(h₁ − h₀), ω′ = 6t(1 − t). Where the
+    /// side is within ±d it moves twice as fast as the point does.
+    pub fn enclose(self, p: Parameters<f64>, d: Interval, inside: bool, side: Interval, s: Interval) -> Beside {
+        let height = self.beside(p, d, if inside { Tri::Yes } else { Tri::Maybe }, side, s);
+        let clamped = Real::min(Real::max(side, -d), d);
+        let settled = self.even || inside || side.mignitude() >= d.hi();
+        let half = Interval::point(0.5);
+        let uniform = self.count == 1;
+        let differing = if !uniform {
+            height
+        } else if self.even {
+            Interval::ZERO
+        } else {
+            half * (self.evaluate(p, clamped, s) - self.evaluate(p, -clamped, s))
+        };
+        let (mut across, mut along) = (0.0f64, 0.0f64);
+        let pieces = usize::from(self.pieces);
+        let section = |k: usize| p.from(k * self.stride() + SECTION_WIDTH);
+        let at = |k: usize| Interval::point(p.0[k * self.stride()]);
+        let last = usize::from(self.count) - 1;
+        for k in 0..=last {
+            let before_next = k == last || s.lo() <= at(k + 1).hi();
+            let after_previous = k == 0 || s.hi() >= at(k - 1).lo();
+            if before_next && after_previous {
+                let slopes = |d: Interval| slopes(section(k), pieces, d);
+                let slope = if self.even {
+                    slopes(d).magnitude()
+                } else if settled {
+                    slopes(clamped).magnitude()
+                } else {
+                    let even = (half * (slopes(d) - slopes(-d))).magnitude();
+                    let odd = (half * (slopes(clamped) + slopes(-clamped))).magnitude();
+                    (Interval::point(even) + Interval::point(2.0) * Interval::point(odd)).hi()
+                };
+                across = across.max(slope);
+            }
+            if k < last && s.lo() <= at(k + 1).hi() && s.hi() >= at(k).lo() {
+                let per_metre = Interval::point(p.0[k * self.stride() + 1]);
+                let t = ((s - at(k)) * per_metre).clamp01();
+                // t(1 − t) = 1/4 − (t − 1/2)².
+                let bump = Interval::point(0.25) - (t - half).square();
+                let rise = |d: Interval| evaluate(section(k + 1), pieces, d) - evaluate(section(k), pieces, d);
+                let rise = if self.even {
+                    rise(d)
+                } else if settled {
+                    rise(clamped)
+                } else {
+                    // Even and odd part together.
+                    let both = rise(Interval::symmetric(d.hi()));
+                    both + both
+                };
+                along = along.max((Interval::point(6.0) * bump * per_metre * rise).magnitude());
+            }
+        }
+        Beside { height, differing, settled, across, along }
     }
 }

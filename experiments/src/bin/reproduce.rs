@@ -10,6 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use terrain_experiments::experiment::{Expected, Experiment, Profile};
+use terrain_experiments::genevaux2015::ablations::count_pixels;
 use terrain_experiments::model::throughput::count_scalar;
 use terrain_experiments::report::words::{bytes, duration, results};
 use terrain_experiments::runner::{Settings, Shard, regressions, run};
@@ -81,6 +82,16 @@ enum Verb {
         /// Evaluations
         count: u32,
     },
+    /// Traces pixels of a scene of Table 1 and nothing else: what is run to count instructions
+    #[command(hide = true)]
+    CountPixels {
+        /// As `fig3`
+        scene: String,
+        /// As `segment`
+        tracer: String,
+        /// Pixels
+        count: u32,
+    },
 }
 
 #[derive(Args)]
@@ -129,6 +140,9 @@ fn start(cli: Cli) -> Result<ExitCode, String> {
             return claims::Run { paper, id, hunt, profile, seed: options.seed, out: options.out }.run();
         }
         Some(Verb::Proofs { strict }) => return claims::proofs(strict),
+        Some(Verb::CountPixels { scene, tracer, count }) => {
+            return count_pixels(&scene, &tracer, count).map(|_| ExitCode::SUCCESS).map_err(|error| error.to_string());
+        }
         Some(Verb::CountScalar { count }) => {
             return count_scalar(count).map(|_| ExitCode::SUCCESS).map_err(|error| error.to_string());
         }

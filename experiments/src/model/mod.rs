@@ -1,5 +1,6 @@
 //! Experiments on the executors of the feature tree themselves, over all papers.
 
+mod floor;
 mod lattice_hash;
 pub mod throughput;
 

@@ -12,18 +12,19 @@ pub fn largest_over(
     budget: usize,
     bound: impl FnMut([Interval; 2]) -> Option<f64>,
 ) -> f64 {
-    largest_over_all([root], smallest, budget, bound, |_| 0.0)
+    largest_over_all([root], smallest, budget, ENOUGH, bound, |_| 0.0)
 }
 
 /// A bound is good enough when it is this many times what is attained.
-const ENOUGH: f64 = 1.1;
+pub const ENOUGH: f64 = 1.1;
 
 /// [`largest_over`] the union of several boxes, which may overlap. `attained` is what is bounded, at one point: a part whose
-/// bound is little more than what is attained somewhere is not split.
+/// bound is at most `enough` times what is attained somewhere is not split.
 pub fn largest_over_all(
     roots: impl IntoIterator<Item = [Interval; 2]>,
     smallest: f64,
     budget: usize,
+    enough: f64,
     mut bound: impl FnMut([Interval; 2]) -> Option<f64>,
     mut attained: impl FnMut([f64; 2]) -> f64,
 ) -> f64 {
@@ -34,7 +35,7 @@ pub fn largest_over_all(
     let mut settled = 0.0f64;
     for _ in 0..budget {
         let Some((largest, part)) = parts.pop() else { return settled };
-        settled = settled.max(ENOUGH * attained(part.map(Interval::middle)));
+        settled = settled.max(enough * attained(part.map(Interval::middle)));
         if largest <= settled {
             return settled;
         }

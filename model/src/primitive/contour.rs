@@ -7,7 +7,7 @@
 
 use super::{Authored, Extent, Leaf, Number, Parameters, Tables, around};
 use crate::bounds::{Bounds, Region};
-use crate::certify::cover::largest_over_all;
+use crate::certify::cover::{ENOUGH, largest_over_all};
 use crate::dual::Dual;
 use crate::falloff::wyvill;
 use crate::interval::Interval;
@@ -279,7 +279,7 @@ impl Code {
                 let (f, a) = self.both(p, [Dual::<f64, 2>::variable(x, 0), Dual::variable(y, 1)]);
                 if a.value > 0.0 { DVec2::from_array(if which == 0 { f.slope } else { a.slope }).length() } else { 0.0 }
             };
-            largest_over_all([root], radius / 4096.0, COMPILE_BUDGET, bound, attained)
+            largest_over_all([root], radius / 4096.0, COMPILE_BUDGET, ENOUGH, bound, attained)
         })
     }
 }

@@ -1,9 +1,13 @@
 //! Curve primitive (Génevaux 2015 §4.1, Fig. 6): elevation along a skeleton plus a cross-section of the signed distance.
 //!
-//! The paper takes the elevation of the nearest point, which jumps on the medial axis (claims G22). Here the arcs of the
-//! skeleton whose squared distance exceeds the smallest by less than s² (s the *joint*, metres) are averaged with Wyvill
-//! weights of that excess: their sum is at least 1, so elevation is Lipschitz. Near a joint each arc carries its neighbour's
-//! elevation on, so that the mean of the two is the elevation of the skeleton.
+//! The paper takes the elevation of the nearest point, which jumps on the medial axis (claims G22). Here arcs of the skeleton
+//! that are about as near are averaged: with D = √(d² + q²), an arc whose D exceeds the smallest by e has weight (1 − e/E)³,
+//! so that their sum is at least 1 and elevation is Lipschitz. On the skeleton arcs within s metres take part, s being the
+//! *joint*; off it, distances that differ by more than E < s do not. Near a joint each arc carries its neighbour's elevation
+//! on, so that the mean of the two is the elevation of the skeleton. Sections are read at a distance that all share.
+//!
+//! A section has an even and an odd part, c(±d) = e(d) ± o(d). The sign of d jumps past an open end. There the even part stays
+//! the paper's, and the odd part is read at a side that passes through 0: e(d) + o(side), side within ±d.
 
 use super::{Authored, Extent, Leaf, Number, Parameters, Tables};
 use crate::bounds::{Bounds, Region, times_up};
@@ -165,31 +169,35 @@ impl Leaf for Code {
     }
     #[inline(always)]
     fn sample<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, _: Tables<'_>, x: [R; 2]) -> Operand<R> {
-        self.along(self.chain(p), p, x)
+        let chain = self.chain(p);
+        let nearest = chain.nearest(x);
+        let weight = p.get::<R>(1) * wyvill(nearest.square() * p.get::<R>(0));
+        if !R::zero().less(weight).may_hold() {
+            return Operand::new(R::zero(), weight);
+        }
+        let section = self.section(p);
+        let elevation =
+            chain.elevation(x, nearest, |place, s| self.sections.beside(section, nearest, place.inside, place.side, s));
+        Operand::new(elevation, weight)
     }
     fn weight_range(&self, p: Parameters<f64>, region: &Region) -> Interval {
-        let nearest = self.chain(p).nearest_squared(region.extent);
-        let range = Interval::point(p.0[1]) * wyvill(nearest * Interval::point(p.0[0]));
+        let nearest = self.chain(p).nearest(region.extent);
+        let range = Interval::point(p.0[1]) * wyvill(nearest.square() * Interval::point(p.0[0]));
         if range.hi() <= 0.0 { Interval::ZERO } else { Interval::new(range.lo().max(0.0), range.hi()) }
     }
-    /// Ranges by the formula on intervals, λ_α ≤ w·max |g′|/r over the distances met (distance is 1-Lipschitz), and the slope
-    /// that the compiler certified around the runs that the region comes near. Where that is steep and the region small, the
-    /// formula on duals of intervals may say less.
+    /// Ranges by the formula on intervals, λ_α ≤ w·max |g′|/r over the distances met (distance is 1-Lipschitz), and of two
+    /// slopes the smaller: of the region alone, and the one certified around the runs that the region comes near.
     fn bounds(&self, p: Parameters<f64>, _: Tables<'_>, region: &Region) -> Bounds {
-        let chain = self.chain(p);
-        let u = chain.nearest_squared(region.extent) * Interval::point(p.0[0]);
+        let nearest = self.chain(p).nearest(region.extent);
+        let u = nearest.square() * Interval::point(p.0[0]);
         if u.lo() >= 1.0 {
             return Bounds::ABSENT;
         }
-        let Operand { elevation, weight, .. } = self.along(chain, p, region.extent);
+        let weight = Interval::point(p.0[1]) * wyvill(u);
         let range = Interval::new(weight.lo().max(0.0), weight.hi());
         let weight_slope = times_up(p.0[1], times_up(wyvill_steepness(u), p.0[2].next_up()));
-        let mut slope = self.slope_near(p, region.extent);
-        let width = region.extent[0].width().max(region.extent[1].width());
-        if slope > STEEP && width < p.0[WIDTH + 1] {
-            slope = slope.min(self.enclose(p, region.extent));
-        }
-        Bounds::primitive(elevation, range, slope, weight_slope)
+        let (elevation, slope) = self.enclose(p, region.extent, nearest);
+        Bounds::primitive(elevation, range, slope.min(self.slope_near(p, region.extent)), weight_slope)
     }
     fn support(&self, p: Parameters<f64>) -> Option<Extent> {
         let radius = DVec2::splat(1.0 / p.0[0].sqrt());
@@ -199,6 +207,9 @@ impl Leaf for Code {
         };
         self.chain(p).boxes().map(around).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
+    fn grain(&self, p: Parameters<f64>) -> f64 {
+        2.0 / p.0[0].sqrt()
+    }
     fn rebase(&self, p: Parameters<f64>, _: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Code {
         let chain = WIDTH + skeleton::width(usize::from(self.arcs));
         let mut moved = p.0[..chain + self.sections.width()].to_vec();
@@ -207,47 +218,23 @@ impl Leaf for Code {
     }
 }
 
-/// Boxes that the compiler splits to bound the slope around one run of arcs.
-const COMPILE_BUDGET: usize = 400;
-/// Slopes up to this one are not worth the effort of looking closer.
-const STEEP: f64 = 3.0;
+/// Boxes that the compiler splits to bound the slope around all runs of arcs, and at least around each.
+const COMPILE_BUDGET: [usize; 2] = [6_000, 100];
+/// A slope bound is good enough when it is this many times what is attained.
+const ENOUGH: f64 = 1.3;
 
 impl Code {
     #[inline(always)]
     fn chain<'a, P: Copy + Into<f64>>(&self, p: Parameters<'a, P>) -> Chain<'a, P> {
         Chain::new(p.from(WIDTH), usize::from(self.arcs))
     }
-    /// Elevation and weight with `chain` as the skeleton.
     #[inline(always)]
-    fn along<R: Number, P: Copy + Into<f64>, Q: Copy + Into<f64>>(
-        &self,
-        chain: Chain<Q>,
-        p: Parameters<P>,
-        x: [R; 2],
-    ) -> Operand<R> {
-        let nearest = chain.nearest_squared(x);
-        let weight = p.get::<R>(1) * wyvill(nearest * p.get::<R>(0));
-        if !R::zero().less(weight).may_hold() {
-            return Operand::new(R::zero(), weight);
-        }
-        let section = p.from(WIDTH + skeleton::width(usize::from(self.arcs)));
-        let elevation = chain.elevation(x, nearest, |side, s| self.sections.evaluate(section, side, s));
-        Operand::new(elevation, weight)
+    fn section<'a, P: Copy + Into<f64>>(&self, p: Parameters<'a, P>) -> Parameters<'a, P> {
+        p.from(WIDTH + skeleton::width(usize::from(self.arcs)))
     }
-    /// A slope bound over a box.
-    fn enclose(&self, p: Parameters<f64>, extent: [Interval; 2]) -> f64 {
-        let x = [Dual::<Interval, 2>::variable(extent[0], 0), Dual::variable(extent[1], 1)];
-        // Duals are costly: they see only the arcs that matter here.
-        let (near, count) = self.chain(p).near(extent);
-        let chain = Chain::new(Parameters(&near[..]), count);
-        let mut elevation = self.along(chain, p, x).elevation;
-        let section = p.from(WIDTH + skeleton::width(usize::from(self.arcs)));
-        if count > 1
-            && let Some(tight) = chain.enclose(extent, self.sections, section)
-        {
-            elevation = elevation.tighten(tight);
-        }
-        Interval::length(elevation.slope[0], elevation.slope[1]).hi()
+    /// Elevation over a box and a bound of its slope.
+    fn enclose(&self, p: Parameters<f64>, extent: [Interval; 2], nearest: Interval) -> (Interval, f64) {
+        self.chain(p).enclose(extent, nearest, self.sections, self.section(p))
     }
     /// Boxes around the runs, as wide as the support.
     fn around(&self, p: Parameters<f64>) -> impl Iterator<Item = [Interval; 2]> {
@@ -266,17 +253,19 @@ impl Code {
     /// A slope bound around each run, over its support.
     fn slopes(&self, p: &[f64], joint: f64) -> Vec<f64> {
         let p = Parameters(p);
-        // Weights of the arcs at a joint change over a squared distance of s², which far from the skeleton is a short way.
-        let smallest = (joint / 16.0).min(joint * joint * p.0[2] / 64.0);
         let bound = |extent: [Interval; 2]| {
-            let u = self.chain(p).nearest_squared(extent) * Interval::point(p.0[0]);
-            (u.lo() < 1.0).then(|| self.enclose(p, extent))
+            let nearest = self.chain(p).nearest(extent);
+            let u = nearest.square() * Interval::point(p.0[0]);
+            (u.lo() < 1.0).then(|| self.enclose(p, extent, nearest).1)
         };
         let attained = |[x, y]: [f64; 2]| {
             let Operand { elevation, weight, .. } =
                 self.sample(p, Tables::NONE, [Dual::<f64, 2>::variable(x, 0), Dual::variable(y, 1)]);
             if weight.value > 0.0 { DVec2::from_array(elevation.slope).length() } else { 0.0 }
         };
-        self.around(p).map(|root| largest_over_all([root], smallest, COMPILE_BUDGET, bound, attained)).collect()
+        let [all, each] = COMPILE_BUDGET;
+        let budget = (all / self.around(p).count().max(1)).max(each);
+        let over = |root| largest_over_all([root], joint / 256.0, budget, ENOUGH, bound, attained);
+        self.around(p).map(over).collect()
     }
 }

@@ -2,10 +2,9 @@
 //! with boxes, so that the cost at a point does not grow with the length of the chain.
 
 pub mod arc;
-mod enclose;
+mod slope;
 
 use crate::falloff::wyvill;
-use crate::interval::Interval;
 use crate::primitive::{Number, Parameters};
 use crate::real::{Mask, Operand};
 use arc::{Place, Stretch, surely_less};
@@ -15,7 +14,7 @@ use glam::DVec2;
 const RUN: usize = 8;
 /// Parameters of a run: middle of its box, half its width and height, and a slope bound of what lies around it.
 const RUN_WIDTH: usize = 5;
-/// Parameters before the runs: 1/s², s, s², and a squared distance beyond the support; s is the joint.
+/// Parameters before the runs: 1/E, q, how far elevations go on past an end, and a distance beyond the support.
 const HEADER: usize = 4;
 
 /// The compiled form of a chain of `arcs`: parameters that start at `p`.
@@ -30,9 +29,15 @@ pub(crate) fn width(arcs: usize) -> usize {
     HEADER + arcs.div_ceil(RUN) * RUN_WIDTH + arcs * arc::WIDTH
 }
 
+/// q over the joint, and E: √(s² + q²) = q + E, so that on the skeleton an arc takes part within s.
+const ROUNDING: f64 = 0.25;
+const WIDTH: f64 = 0.780_776_406_404_415_1;
+/// How far past its ends, in joints, a stretch goes on as its neighbour does.
+const BEYOND: f64 = 3.0;
+
 /// The parameters of a chain whose support has radius `radius` and whose joints are averaged over `joint` metres.
 pub(crate) fn parameters(stretches: &[Stretch], radius: f64, joint: f64) -> Vec<f64> {
-    let mut out = vec![1.0 / (joint * joint), joint, joint * joint, 1.02 * radius * radius];
+    let mut out = vec![1.0 / (WIDTH * joint), ROUNDING * joint, BEYOND * joint, 1.01 * radius];
     for run in stretches.chunks(RUN) {
         let (mut lo, mut hi) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for stretch in run {
@@ -93,75 +98,76 @@ impl<'a, P: Copy + Into<f64>> Chain<'a, P> {
         let over = |k: usize| ((x[k] - p.get::<R>(k)).abs() - p.get::<R>(k + 2)).max(R::zero());
         over(0).square() + over(1).square()
     }
-    /// Parameters of a chain of the arcs that decide anywhere on a box, and their number: the others are farther than the
-    /// nearest by more than the joint, or beyond the support.
-    pub fn near(&self, x: [Interval; 2]) -> (Vec<f64>, usize) {
-        let nearest = self.nearest_squared(x);
-        let far = nearest + self.p.get(2);
-        let mut arcs: Vec<f64> = Vec::new();
-        for run in (0..self.runs()).filter(|run| !surely_less(far, self.least_squared(*run, x))) {
-            for k in self.of_run(run) {
-                if !surely_less(far, arc::place(self.arc(k), x).distance_squared) {
-                    arcs.extend(self.arc(k).0[..arc::WIDTH].iter().map(|v| (*v).into()));
-                }
-            }
-        }
-        let count = arcs.len() / arc::WIDTH;
-        let mut out: Vec<f64> = (0..HEADER).map(|k| self.p.0[k].into()).collect();
-        // Boxes that hold everything: what is left is not passed over again.
-        out.extend([0.0, 0.0, f64::INFINITY, f64::INFINITY, f64::INFINITY].repeat(count.div_ceil(RUN)));
-        out.extend(arcs);
-        (out, count)
-    }
-    /// Squared distance to the skeleton, metres²; something beyond the support where that is far.
+    /// Distance to the skeleton, metres; something beyond the support where that is far.
     #[inline(always)]
-    pub fn nearest_squared<R: Number>(&self, x: [R; 2]) -> R {
+    pub fn nearest<R: Number>(&self, x: [R; 2]) -> R {
         let mut nearest = self.p.get::<R>(3);
         for run in 0..self.runs() {
-            if surely_less(nearest, self.least_squared(run, x)) {
+            if surely_less(nearest.square(), self.least_squared(run, x)) {
                 continue;
             }
             for k in self.of_run(run) {
-                nearest = nearest.min(arc::place(self.arc(k), x).distance_squared);
+                nearest = nearest.min(arc::place(self.arc(k), x).distance);
             }
         }
         nearest
     }
-    /// Elevation where the squared distance is `nearest`: the mean over the arcs that are about as near. `section` is what
-    /// stands on the skeleton at (side, abscissa).
-    ///
-    /// An arc whose squared distance exceeds the smallest by e has weight g(e/s²), the nearest weight 1.
+    /// D = √(d² + q²): a distance that is smooth on the skeleton.
     #[inline(always)]
-    pub fn elevation<R: Number>(&self, x: [R; 2], nearest: R, section: impl Fn(R, R) -> R) -> R {
-        let reach = self.p.get::<R>(1);
-        let at = |k: usize, place: &Place<R>| {
-            let (z, s) = arc::elevation(self.arc(k), place, reach);
-            z + section(place.side, s)
-        };
-        if self.arcs == 1 {
-            return at(0, &arc::place(self.arc(0), x));
-        }
-        let far = nearest + self.p.get(2);
-        let mut parts = [Operand::absent(); TOGETHER];
-        let mut count = 0;
+    fn rounded<R: Number>(&self, distance: R) -> R {
+        R::length(distance, self.p.get(1))
+    }
+    /// Calls `with` with every arc that may take part, its place and its weight.
+    #[inline(always)]
+    fn for_each<R: Number>(&self, x: [R; 2], nearest: R, mut with: impl FnMut(Parameters<'a, P>, &Place<R>, R)) {
+        let smallest = self.rounded(nearest);
+        let width = R::constant(1.0) / self.p.get::<R>(0);
+        let far = (smallest + width).square() - self.p.get::<R>(1).square();
         for run in 0..self.runs() {
             if surely_less(far, self.least_squared(run, x)) {
                 continue;
             }
             for k in self.of_run(run) {
                 let place = arc::place(self.arc(k), x);
-                let excess = (place.distance_squared - nearest).max(R::zero()) * self.p.get::<R>(0);
-                if !excess.less(R::one()).may_hold() {
-                    continue;
+                let excess = ((self.rounded(place.distance) - smallest) * self.p.get(0)).max(R::zero());
+                if excess.less(R::one()).may_hold() {
+                    with(self.arc(k), &place, excess);
                 }
-                if count == TOGETHER {
-                    parts[0] = R::weighted_mean(&parts, 0.0);
-                    count = 1;
-                }
-                parts[count] = Operand::new(at(k, &place), wyvill(excess));
-                count += 1;
             }
         }
-        R::weighted_mean(&parts[..count], 1.0).elevation
+    }
+    /// Elevation where the distance is `nearest`: the mean over the arcs that are about as near. `section` is what stands on
+    /// the skeleton at a place and an abscissa.
+    ///
+    /// An arc whose D exceeds the smallest by e has weight g = (1 − e/E)³, the nearest weight 1.
+    #[inline(always)]
+    pub fn elevation<R: Number>(&self, x: [R; 2], nearest: R, section: impl Fn(&Place<R>, R) -> R) -> R {
+        let reach = self.p.get::<R>(2);
+        let at = |p: Parameters<P>, place: &Place<R>| {
+            let (z, s) = arc::elevation(p, place, reach);
+            z + section(place, s)
+        };
+        if self.arcs == 1 {
+            return at(self.arc(0), &arc::place(self.arc(0), x));
+        }
+        let mut parts = [Operand::absent(); TOGETHER];
+        let mut count = 0;
+        let mut hull: Option<[R; 2]> = None;
+        self.for_each(x, nearest, |p, place, excess| {
+            if count == TOGETHER {
+                parts[0] = R::weighted_mean(&parts, 0.0);
+                count = 1;
+            }
+            let here = at(p, place);
+            parts[count] = Operand::new(here, wyvill(excess));
+            count += 1;
+            hull = Some(hull.map_or([here; 2], |[lo, hi]| [lo.min(here), hi.max(here)]));
+        });
+        let mean = R::weighted_mean(&parts[..count], 1.0).elevation;
+        // Rounding leaves what is averaged: where all are equally high, their mean is as high to the last bit.
+        match hull {
+            Some([lo, hi]) if !R::ENCLOSES => mean.max(lo).min(hi),
+            _ => mean,
+        }
     }
 }
