@@ -51,6 +51,7 @@ pub(super) const ALL: &[Certificate] = &[
             "operator/blend.rs::bounds",
             "operator/blend.rs::blend_bounds",
             "program/bounds.rs::bounds",
+            "program/bounds.rs::bounds_of",
             "bounds.rs::primitive",
         ],
         kind: Kind::Proof(blend_family),
