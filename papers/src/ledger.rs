@@ -318,7 +318,7 @@ pub fn run(row: &Row, id: &str) -> Result<Run, LedgerError> {
             let (stated, perturbed) = (prove(Form::Stated), prove(Form::Perturbed));
             let boxes = match stated {
                 Finding::Proved { boxes, .. } | Finding::Undecided { boxes, .. } => boxes,
-                Finding::Refuted { .. } => 0,
+                Finding::Exceeds { .. } | Finding::Refuted { .. } => 0,
             };
             Ok(Run {
                 id: certificate.id,

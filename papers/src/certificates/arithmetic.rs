@@ -91,28 +91,19 @@ pub(super) const ALL: &[Certificate] = &[
     },
 ];
 
-/// "The value is above the limit": a proof that a printed limit fails.
-fn exceeds(value: f64, limit: f64, at: &str) -> Finding {
-    if value > limit {
-        Finding::Proved { bound: value, attained: limit, boxes: 1 }
-    } else {
-        Finding::Refuted { bound: value, value: limit, at: at.to_owned() }
-    }
-}
-
 const UNREAD: Finding = Finding::Undecided { bound: f64::NAN, known: f64::NAN, boxes: 0 };
 
 fn densities(form: Form) -> Finding {
     let Ok(table) = genevaux2015_table1() else { return UNREAD };
     let of = |scene: &str| table.rows.iter().find(|row| row.scene == scene);
     let Some(row) = of(form.pick("Fig 19", "Fig 1")) else { return UNREAD };
-    exceeds(10.0, row.primitives_per_km2(), &row.scene)
+    Finding::exceeds(10.0, row.primitives_per_km2(), &row.scene)
 }
 
 fn fig1(form: Form) -> Finding {
     let Ok(table) = genevaux2015_table1() else { return UNREAD };
     let Some(row) = table.rows.iter().find(|row| row.scene == form.pick("Fig 1", "Fig 3")) else { return UNREAD };
-    exceeds(f64::from(row.primitives), 30.0, &row.scene)
+    Finding::exceeds(f64::from(row.primitives), 30.0, &row.scene)
 }
 
 fn calls(form: Form) -> Finding {
@@ -120,23 +111,23 @@ fn calls(form: Form) -> Finding {
     Finding::all(table.rows.iter().map(|row| {
         let calls = table.calls_per_pixel(row);
         if calls < 24.0 {
-            return exceeds(calls, 24.0, &row.scene);
+            return Finding::exceeds(calls, 24.0, &row.scene);
         }
-        exceeds(form.pick(39.0, 24.5), calls, &row.scene)
+        Finding::exceeds(form.pick(39.0, 24.5), calls, &row.scene)
     }))
 }
 
 fn within_a_second(form: Form) -> Finding {
     let Ok(table) = genevaux2015_table1() else { return UNREAD };
     let slowest = table.rows.iter().map(|row| row.sphere_tracing_ms.max(row.mesh_ms)).fold(0.0, f64::max);
-    exceeds(form.pick(1000.0, 500.0), slowest, "the slowest scene")
+    Finding::exceeds(form.pick(1000.0, 500.0), slowest, "the slowest scene")
 }
 
 fn mesh_slower(form: Form) -> Finding {
     let Ok(table) = genevaux2015_table1() else { return UNREAD };
     let small = |calls: u64| calls <= 20_000_000;
     let rows = table.rows.iter().filter(|row| small(row.mesh_calls) == (form == Form::Perturbed));
-    Finding::all(rows.map(|row| exceeds(row.mesh_ms, row.sphere_tracing_ms, &row.scene)))
+    Finding::all(rows.map(|row| Finding::exceeds(row.mesh_ms, row.sphere_tracing_ms, &row.scene)))
 }
 
 fn speedup(form: Form) -> Finding {
@@ -144,7 +135,7 @@ fn speedup(form: Form) -> Finding {
     let mut ratios: Vec<f64> = table.rows.iter().map(|row| row.speedup()).collect();
     ratios.sort_by(f64::total_cmp);
     let best = form.pick(ratios.len() - 1, ratios.len() - 2);
-    exceeds(ratios[best], 12.0, "the best scene")
+    Finding::exceeds(ratios[best], 12.0, "the best scene")
 }
 
 fn benagil(form: Form) -> Finding {
@@ -152,25 +143,25 @@ fn benagil(form: Form) -> Finding {
     let Some(row) = table.rows.iter().find(|row| row.scene.starts_with("Benagil")) else { return UNREAD };
     // Times are printed to a tenth of a second: the largest ratio that prints as this row.
     let most = (row.baseline_seconds + 0.05) / (row.seconds - 0.05);
-    exceeds(form.pick(1.75, 1.4), most, &row.scene)
+    Finding::exceeds(form.pick(1.75, 1.4), most, &row.scene)
 }
 
 fn memory(form: Form) -> Finding {
     let Ok(table) = paris2019_table1() else { return UNREAD };
     let ratios = table.rows.iter().take(form.pick(table.rows.len(), 1)).map(|row| row.memory_ratio());
-    exceeds(100.0, ratios.fold(f64::INFINITY, f64::min), "the worst scene")
+    Finding::exceeds(100.0, ratios.fold(f64::INFINITY, f64::min), "the worst scene")
 }
 
 fn cells(form: Form) -> Finding {
     let Ok(table) = paris2019_table1() else { return UNREAD };
     let finest = table.rows.iter().map(|row| row.cell_metres()).fold(f64::INFINITY, f64::min);
-    exceeds(finest, form.pick(0.1, 1.0), "the finest grid")
+    Finding::exceeds(finest, form.pick(0.1, 1.0), "the finest grid")
 }
 
 fn areas(form: Form) -> Finding {
     let Ok(table) = paris2019_table1() else { return UNREAD };
     let largest = table.rows.iter().map(|row| row.side_km * row.side_km).fold(0.0, f64::max);
-    exceeds(largest, form.pick(5.0, 36.0), "the largest scene")
+    Finding::exceeds(largest, form.pick(5.0, 36.0), "the largest scene")
 }
 
 fn baseline_calls(form: Form) -> Finding {
@@ -179,7 +170,7 @@ fn baseline_calls(form: Form) -> Finding {
     let rows = table.rows.iter().filter(|row| scenes.iter().any(|scene| row.scene.starts_with(scene)));
     Finding::all(rows.map(|row| {
         let vertices: f64 = row.grid.iter().map(|&side| f64::from(side)).product();
-        exceeds(vertices, row.baseline_calls as f64, &row.scene)
+        Finding::exceeds(vertices, row.baseline_calls as f64, &row.scene)
     }))
 }
 

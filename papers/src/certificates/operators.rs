@@ -51,6 +51,7 @@ pub(super) const ALL: &[Certificate] = &[
             "operator/blend.rs::bounds",
             "operator/blend.rs::blend_bounds",
             "program/bounds.rs::bounds",
+            "program/bounds.rs::bounds_of",
             "bounds.rs::primitive",
         ],
         kind: Kind::Proof(blend_family),
@@ -460,7 +461,7 @@ fn blend_family(form: Form) -> Finding {
 fn printed_rule_fails(form: Form) -> Finding {
     let rule = form.pick(BlendRule::Paper, BlendRule::Corrected);
     match holds(blends(), rule, Form::Stated, Shrunk(1.0)) {
-        Finding::Refuted { bound, value, .. } => Finding::Proved { bound: value, attained: bound, boxes: 1 },
+        Finding::Refuted { bound, value, .. } => Finding::Exceeds { value, limit: bound },
         Finding::Proved { bound, attained, .. } => Finding::Refuted {
             bound: attained,
             value: bound,

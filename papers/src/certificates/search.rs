@@ -42,6 +42,13 @@ pub enum Finding {
         /// Boxes looked at.
         boxes: u64,
     },
+    /// A quantity is above a limit, which is what was to be shown.
+    Exceeds {
+        /// The quantity.
+        value: f64,
+        /// The limit.
+        limit: f64,
+    },
     /// It fails.
     Refuted {
         /// What was to be shown an upper bound.
@@ -65,7 +72,7 @@ pub enum Finding {
 impl Finding {
     /// Does it hold?
     pub fn proved(&self) -> bool {
-        matches!(self, Finding::Proved { .. })
+        matches!(self, Finding::Proved { .. } | Finding::Exceeds { .. })
     }
     /// In one line.
     pub fn line(&self) -> String {
@@ -73,15 +80,25 @@ impl Finding {
             Finding::Proved { bound, attained, boxes } => {
                 format!("proved: at most {bound:.7}, {attained:.7} is attained; {boxes} boxes")
             }
+            Finding::Exceeds { value, limit } => format!("shown: {value:.7} exceeds {limit:.7}"),
             Finding::Refuted { bound, value, at } => format!("refuted: {value:.7} exceeds {bound:.7} at {at}"),
             Finding::Undecided { bound, known, boxes } => {
                 format!("undecided: at most {known:.7} is known, {bound:.7} was asked for; {boxes} boxes")
             }
         }
     }
-    /// Several as one: all must hold. Reported is the one with least room.
+    /// "The value is above the limit", if it is.
+    pub fn exceeds(value: f64, limit: f64, at: &str) -> Finding {
+        if value > limit {
+            Finding::Exceeds { value, limit }
+        } else {
+            Finding::Refuted { bound: value, value: limit, at: at.to_owned() }
+        }
+    }
+    /// Several of one kind as one: all must hold. Reported is the one with least room.
     pub fn all(findings: impl IntoIterator<Item = Finding>) -> Finding {
         let mut total = 0;
+        let mut narrowest: Option<Finding> = None;
         let mut least: Option<(f64, f64, f64)> = None;
         for finding in findings {
             match finding {
@@ -92,8 +109,17 @@ impl Finding {
                         least = Some((room, bound, attained));
                     }
                 }
+                Finding::Exceeds { value, limit } => {
+                    let narrower = |before: &Finding| matches!(before, Finding::Exceeds { value: v, limit: l } if value * l < v * limit);
+                    if narrowest.as_ref().is_none_or(narrower) {
+                        narrowest = Some(finding);
+                    }
+                }
                 other => return other,
             }
+        }
+        if let Some(narrowest) = narrowest {
+            return narrowest;
         }
         match least {
             Some((_, bound, attained)) => Finding::Proved { bound, attained, boxes: total },

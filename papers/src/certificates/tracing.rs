@@ -170,11 +170,7 @@ fn doubling(form: Form) -> Finding {
     };
     let (doubled, followed) = (count(Tracer::AcceleratedPaper), count(Tracer::Accelerated));
     let (more, fewer) = form.pick((doubled, followed), (followed, doubled));
-    if more > 3.0 * fewer {
-        Finding::Proved { bound: more, attained: 3.0 * fewer, boxes: 1 }
-    } else {
-        Finding::Refuted { bound: more, value: 3.0 * fewer, at: "the ray over the spikes".to_owned() }
-    }
+    Finding::exceeds(more, 3.0 * fewer, "the ray over the spikes")
 }
 
 fn plateau(z: f64) -> Option<Program> {
@@ -209,7 +205,8 @@ fn stands_still(form: Form) -> Finding {
         Form::Perturbed => t + step == t,
     };
     if still {
-        Finding::Proved { bound: step, attained: 0.0, boxes: 1 }
+        // The step is not 0, the advance is.
+        Finding::Exceeds { value: step, limit: 0.0 }
     } else {
         Finding::Refuted { bound: 0.0, value: step, at: "t = 100 km".to_owned() }
     }
@@ -229,7 +226,7 @@ fn side_wall(form: Form) -> Finding {
     // §7.1 wants |h| < ε for a hit, §7.2 h < ε.
     let (by_magnitude, by_sign) = (height.abs() < epsilon, height < epsilon);
     if by_magnitude != by_sign {
-        Finding::Proved { bound: height.abs(), attained: epsilon, boxes: 1 }
+        Finding::Exceeds { value: height.abs(), limit: epsilon }
     } else {
         Finding::Refuted { bound: epsilon, value: height.abs(), at: format!("t = {t}") }
     }
