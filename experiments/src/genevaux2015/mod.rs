@@ -9,6 +9,7 @@ pub mod rays;
 pub mod record;
 pub mod scenes;
 mod table1;
+mod tightness;
 mod tin;
 
 use crate::experiment::Experiment;
@@ -21,4 +22,5 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &noise_bound::EXPERIMENT,
     &adaptive::EXPERIMENT,
     &tin::EXPERIMENT,
+    &tightness::EXPERIMENT,
 ];
