@@ -2,12 +2,13 @@
 
 mod nodes;
 
-use crate::experiment::{Context, Expected, Experiment, ExperimentError};
+use crate::experiment::{Context, Expected, Experiment, ExperimentError, Profile};
 use crate::report::{Cell, Outcome, Table};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use terrain_model::bounds::{Bounds, Region};
 use terrain_model::certify::slope::{Quantity, SlopeSupremum, supremum};
+use terrain_model::trace::Surface;
 use terrain_papers::verdicts::Verdict;
 
 /// See the module.
@@ -33,7 +34,8 @@ const RECORD: &str = include_str!("../../records/tightness.csv");
 /// What a ratio may exceed the recorded one by: witnesses move a little with the last bits of a build.
 const SLACK: f64 = 1.01;
 
-const QUANTITIES: [(Quantity, &str, &str); 6] = [
+const QUANTITIES: [(Quantity, &str, &str); 7] = [
+    (Quantity::Slope, COVERED, ""),
     (Quantity::Slope, "slope", ""),
     (Quantity::WeightSlope, "weight_slope", "1/m"),
     (Quantity::WeightedSlope, "weighted_slope", ""),
@@ -41,6 +43,9 @@ const QUANTITIES: [(Quantity, &str, &str); 6] = [
     (Quantity::Depth, "depth", "m"),
     (Quantity::Weight, "weight", ""),
 ];
+
+/// The slope bound that tracers use: the largest over a cover of the terrain.
+const COVERED: &str = "covered_slope";
 
 fn bound_of(bounds: &Bounds, quantity: Quantity) -> f64 {
     match quantity {
@@ -99,14 +104,26 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         .par_iter()
         .map(|node| {
             let bounds = node.program.bounds(Region::rectangle(node.low, node.high));
-            let found = QUANTITIES.map(|(of, ..)| supremum(&node.program, of, node.low, node.high, 0.01, budget));
+            let over = |of: Quantity| supremum(&node.program, of, node.low, node.high, 0.01, budget);
+            let covered = Surface::new(&node.program).global().slope;
+            let slope = over(Quantity::Slope);
             // f_high − f_low, from the two suprema of f and −f.
-            let range = found[3].at_least + found[4].at_least;
-            let of = |k: usize| {
-                let size = if k == 3 || k == 4 { range } else { found[k].at_least };
-                Measured { bound: bound_of(&bounds, QUANTITIES[k].0), found: found[k], size }
+            let ends = [over(Quantity::Elevation), over(Quantity::Depth)];
+            let range = ends[0].at_least + ends[1].at_least;
+            let of = |(quantity, name, _): (Quantity, &str, &str)| {
+                let bound = if name == COVERED { covered } else { bound_of(&bounds, quantity) };
+                let (found, size) = match quantity {
+                    Quantity::Slope => (slope, slope.at_least),
+                    Quantity::Elevation => (ends[0], range),
+                    Quantity::Depth => (ends[1], range),
+                    _ => {
+                        let found = over(quantity);
+                        (found, found.at_least)
+                    }
+                };
+                Measured { bound, found, size }
             };
-            let row = (0..QUANTITIES.len()).map(of).collect();
+            let row = QUANTITIES.into_iter().map(of).collect();
             progress.advance(1);
             row
         })
@@ -134,7 +151,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
                 Some(ratio) => {
                     outcome.metric(&metric, ratio)?;
                     ratios.push((key, ratio));
-                    if ctx.profile == crate::experiment::Profile::Quick
+                    if ctx.profile == Profile::Quick
                         && let Some(why) = refused(ratio, known)
                     {
                         wrong.push(format!("{}: {name}: {why}", node.name));
@@ -160,7 +177,6 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
                 Cell::count(one.found.boxes),
             ]);
         }
-        // The bound of the tracers.
         if let Some(ratio) = row[0].ratio() {
             outcome.metric(&format!("{}.bound_over_supremum", node.name), ratio)?;
         }
