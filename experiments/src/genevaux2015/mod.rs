@@ -13,6 +13,7 @@ pub mod record;
 mod scaling;
 pub mod scenes;
 mod table1;
+mod tightness;
 mod tin;
 
 use crate::experiment::Experiment;
@@ -29,4 +30,5 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &fig17::EXPERIMENT,
     &scaling::EXPERIMENT,
     &ablations::EXPERIMENT,
+    &tightness::EXPERIMENT,
 ];

@@ -160,6 +160,7 @@ pub(super) fn rounded(image: &Image, base: [i32; 2], u: [Rounded; 2]) -> [Rounde
 mod tests {
     use super::super::raster::ImageNumber;
     use super::*;
+    use crate::certify::{Objective, Upper, Verdict, prove_below};
     use proptest::prelude::*;
 
     fn image(seed: u32) -> Image {
@@ -200,6 +201,36 @@ mod tests {
             prop_assert!(derived[0].reach().contains(f64::from(single[0])), "{:?} {:?}", derived, single);
             // Control: a value a thousandth off lies outside.
             prop_assert!(!derived[0].reach().contains(f64::from(single[0]) + 1e-3));
+        }
+    }
+
+    /// Value, −value, slope and −slope of a span with samples in [0, 1], over (c₀, c₁, c₂, t).
+    struct Span(usize);
+
+    impl Objective<4> for Span {
+        fn upper(&self, part: &[Interval; 4], _: f64) -> Upper {
+            let [a, b, c, t] = *part;
+            let [value, slope] = span([a, b, c], t);
+            let bound = [value.hi(), -value.lo(), slope.hi(), -slope.lo()][self.0];
+            let widest = (0..4).fold(3, |axis, k| if part[k].width() > part[axis].width() { k } else { axis });
+            Upper { bound, axis: widest }
+        }
+        fn at(&self, [a, b, c, t]: [f64; 4]) -> f64 {
+            let [value, slope] = span([a, b, c], t);
+            [value, -value, slope, -slope][self.0]
+        }
+    }
+
+    /// For all samples in [0, 1] and everywhere in a span: the value lies in [0, 1], the slope in [−1, 1]. All are attained, so
+    /// the proofs leave a twentieth.
+    #[test]
+    fn weights_by_the_spline_are_certified_for_every_raster() {
+        for (which, limit) in [1.0, 0.0, 1.0, 1.0].into_iter().enumerate() {
+            let proved = prove_below(&Span(which), [Interval::UNIT; 4], limit + 0.05, 200_000);
+            assert!(matches!(proved, Verdict::Proved { .. }), "{which}: {proved:?}");
+            // Control: a little below what is attained is refuted.
+            let refuted = prove_below(&Span(which), [Interval::UNIT; 4], limit - 0.01, 200_000);
+            assert!(matches!(refuted, Verdict::Refuted { .. }), "{which}: {refuted:?}");
         }
     }
 

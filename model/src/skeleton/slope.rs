@@ -284,3 +284,68 @@ impl Chain<'_, f64> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::certify::{Objective, Upper, Verdict, prove_below};
+    use crate::dual::Dual;
+
+    /// Σ 3vₖ²·|fₖ − f| / W over all but the nearest, for N = 2n + 1 numbers: v₁ … vₙ, f₀ … fₙ, all in [0, 1]; over (n/W)^(1/3).
+    struct Pulled<const N: usize>;
+
+    fn pulled_of<R: Real, const N: usize>(x: [R; N], root: impl Fn(R) -> R) -> R {
+        let n = N / 2;
+        let (mut weight, mut sum) = (R::one(), x[n]);
+        for k in 0..n {
+            let w = x[k].square() * x[k];
+            weight = weight + w;
+            sum = sum + w * x[n + 1 + k];
+        }
+        let mean = sum / weight;
+        let pull =
+            (0..n).fold(R::zero(), |pull, k| pull + R::constant(3.0) * x[k].square() * (x[n + 1 + k] - mean).abs());
+        // (S/W)·(W/n)^(1/3), cubed so that no root is needed: S³/(n·W²).
+        root(pull.square() * pull / (weight.square() * R::constant(n as f64)))
+    }
+
+    impl<const N: usize> Objective<N> for Pulled<N> {
+        fn upper(&self, part: &[Interval; N], _: f64) -> Upper {
+            let whole: [Dual<Interval, N>; N] = std::array::from_fn(|k| Dual::variable(part[k], k));
+            let natural = pulled_of(whole, |x| x);
+            let mut through_middle = pulled_of(part.map(|x| Interval::point(x.middle())), |x| x);
+            let mut axis = (0, -1.0);
+            for k in 0..N {
+                through_middle = through_middle + natural.slope[k] * (part[k] - Interval::point(part[k].middle()));
+                let effect = natural.slope[k].magnitude() * part[k].width();
+                if effect > axis.1 {
+                    axis = (k, effect);
+                }
+            }
+            Upper { bound: natural.value.hi().min(through_middle.hi()), axis: axis.0 }
+        }
+        fn at(&self, x: [f64; N]) -> f64 {
+            pulled_of(x, |x| x)
+        }
+    }
+
+    /// The two constants of the bound, for every closeness and every elevation: of a pair, and of Hölder's inequality.
+    #[test]
+    fn what_weights_pull_is_certified_for_all_closeness_and_elevations() {
+        let root = [Interval::UNIT; 3];
+        // One other arc: S³/(1·W²) is not the sum itself, which is S/W; that one is at most PAIR.
+        let pair = |v: Interval| {
+            let one = Interval::point(1.0);
+            (Interval::point(3.0) * v.square() / (one + v.square() * v).square()).hi()
+        };
+        let worst = (0..100_000)
+            .fold(0.0f64, |worst, k| worst.max(pair(Interval::new(f64::from(k) / 1e5, f64::from(k + 1) / 1e5))));
+        assert!(worst < PAIR + 1e-4 && pair(Interval::point(libm::cbrt(0.5))) > PAIR - 1e-6, "{worst}");
+        let target = MANY * MANY * MANY;
+        assert!(matches!(prove_below(&Pulled::<3>, root, target, 20_000), Verdict::Proved { .. }));
+        assert!(matches!(prove_below(&Pulled::<5>, [Interval::UNIT; 5], target, 20_000), Verdict::Proved { .. }));
+        // Control: what is attained refutes a target below it.
+        let attained = Pulled::<3>.at([libm::cbrt(0.5), 0.0, 1.0]);
+        assert!(matches!(prove_below(&Pulled::<3>, root, 0.9 * attained, 20_000), Verdict::Refuted { .. }));
+    }
+}
