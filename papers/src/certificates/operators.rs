@@ -541,7 +541,8 @@ fn masks(form: Form) -> Finding {
             let mask = Mask { probe: 5.0, elevation, slope, joining };
             tree.push(Node::Masked { a, b, mask })
         })
-        .map(|m| m.over(DVec2::splat(-30.0), DVec2::splat(30.0)))
+        // Between the seams of the ramp, which lie at x = −6.7 and 26.7: at a clamp duals know no more than the hull.
+        .map(|m| m.over(DVec2::new(-4.0, -15.0), DVec2::new(22.0, 15.0)))
     };
     let low = Some(Ramp { full: -2.0, none: 8.0 });
     let gentle = Some(Ramp { full: 0.2, none: 0.6 });
