@@ -193,7 +193,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     outcome.table(table)?;
     outcome.metric("values_whose_bits_differ", differ as f64)?;
     let mut plot =
-        Plot::new("times", "Seconds a query at equal overlap", Axis::log("primitives"), Axis::log("seconds a query"));
+        Plot::new("scaling", "Seconds a query at equal overlap", Axis::log("primitives"), Axis::log("seconds a query"));
     for (k, query) in QUERIES.into_iter().enumerate() {
         plot = plot.series(query, Style::LineAndPoints, all.iter().map(|(n, times)| (*n, times.seconds[k])));
     }

@@ -67,37 +67,6 @@ impl pulp::WithSimd for Batch<'_> {
     }
 }
 
-/// Chains of multiplications and additions that do not wait for each other, enough of them to keep every unit busy.
-struct Chains {
-    steps: u32,
-}
-
-const CHAINS: usize = 12;
-
-impl pulp::WithSimd for Chains {
-    type Output = [Lanes<WIDTH>; CHAINS];
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> [Lanes<WIDTH>; CHAINS] {
-        let (factor, term) = (Lanes::splat(0.999), Lanes::splat(0.001));
-        let mut chains = [Lanes::splat(0.5); CHAINS];
-        for _ in 0..self.steps {
-            for chain in &mut chains {
-                *chain = *chain * factor + term;
-            }
-        }
-        chains
-    }
-}
-
-/// Runs `steps` multiplications and additions on each lane of some independent chains, as fast as the processor's lanes can, and
-/// returns how many operations on one lane that was, with a result that depends on all of them.
-pub fn busy_lanes(steps: u32) -> (u64, f32) {
-    let chains = pulp::Arch::new().dispatch(Chains { steps });
-    let sum = chains.iter().flat_map(|chain| chain.0).sum();
-    (u64::from(steps) * 2 * (CHAINS * WIDTH) as u64, sum)
-}
-
 /// A raster of elevations and weights, row 0 in the south.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baked {

@@ -11,7 +11,7 @@ mod run;
 mod simplify;
 mod tile;
 
-pub use batch::{Baked, BatchEvaluator, WIDTH, busy_lanes};
+pub use batch::{Baked, BatchEvaluator, WIDTH};
 pub use bounds::BoundsEvaluator;
 pub use cells::Cells;
 pub use compile::CompileError;

@@ -1,5 +1,5 @@
-//! The least time that arithmetic alone takes: operations of what pruning leaves at a sample, counted by running the program on
-//! a number that counts, over the operations a second that lanes reach on chains of nothing but multiplications and additions.
+//! The arithmetic that is left after pruning: operations at a sample, counted by running the pruned program on a number that
+//! counts.
 
 use glam::DVec2;
 use std::cell::Cell;
