@@ -1,1 +1,2 @@
-//! Benchmarks: instruction counts, throughput, CPU against GPU.
+//! Wall-clock benchmarks, one file a crate: `cargo bench -p terrain-bench`. They are for comparing two states of the code on a quiet
+//! machine and are no gate; what is gated are the instruction counts and same-run ratios of the experiments.

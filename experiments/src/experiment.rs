@@ -1,5 +1,5 @@
-//! An experiment is a function from a seed to an outcome. Its context gives it the profile, seeds, progress and atomic writes into
-//! its own folder; nothing else may influence what it finds.
+//! An experiment is a function from a seed to an outcome. Its context gives it the profile, seeds, progress, what other experiments find
+//! and atomic writes into its own folder; nothing else may influence what it finds.
 //!
 //! ```
 //! use terrain_experiments::experiment::{Context, ExperimentError};
@@ -30,10 +30,12 @@
 //! # run(&Context::new("a/b", terrain_experiments::experiment::Profile::Quick, 1, out, "here".into())).unwrap();
 //! ```
 
+use crate::found::Found;
 use crate::report::files::{self, WriteError};
 use crate::report::{Outcome, OutcomeError, PngFile};
 use indicatif::{ProgressBar, ProgressStyle};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -137,12 +139,15 @@ pub struct Context {
     pub out: PathBuf,
     /// This machine in one line, for the column "our hardware".
     pub hardware: String,
+    pub(crate) run_seed: u64,
+    /// What the experiments found that ran before this one, by id.
+    pub(crate) earlier: BTreeMap<String, Found>,
 }
 
 impl Context {
     /// The context of experiment `id` in a run with `run_seed`.
     pub fn new(id: &str, profile: Profile, run_seed: u64, out: PathBuf, hardware: String) -> Self {
-        Self { profile, seed: seed_of(run_seed, id), out, hardware }
+        Self { profile, seed: seed_of(run_seed, id), out, hardware, run_seed, earlier: BTreeMap::new() }
     }
 
     /// A seed for one use within the experiment ("rays", "cameras"): uses never share a sequence.

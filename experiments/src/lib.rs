@@ -1,8 +1,12 @@
 //! Experiments that reproduce every table and figure, and the terrain command.
 
+pub mod claims;
 pub mod environment;
 pub mod experiment;
+mod found;
+pub mod generate;
 pub mod genevaux2015;
+pub mod layers;
 mod memory;
 pub mod model;
 pub mod report;
@@ -14,7 +18,8 @@ use experiment::Experiment;
 
 /// Every experiment, in the order of the report.
 pub fn experiments() -> Vec<&'static Experiment> {
-    [model::EXPERIMENTS, genevaux2015::EXPERIMENTS].concat()
+    // The ledger comes last: it builds on what the others find.
+    [model::EXPERIMENTS, genevaux2015::EXPERIMENTS, claims::EXPERIMENTS].concat()
 }
 
 /// The experiments that `ids` name, in the order of the report: an id, or a paper for all of its experiments.

@@ -2,6 +2,7 @@
 
 use crate::environment::Environment;
 use crate::experiment::{Context, Experiment, ExperimentError, Profile, seed_of};
+use crate::found::Found;
 use crate::memory::PeakMemory;
 use crate::report::files::{self, WriteError};
 use crate::report::{Record, Report};
@@ -70,6 +71,7 @@ pub fn run(experiments: &[&'static Experiment], settings: &Settings) -> Result<R
         }
     }
     let mut records = Vec::new();
+    let mut found = BTreeMap::new();
     for (i, experiment) in experiments.iter().copied().enumerate() {
         eprintln!("[{}/{}] {}: {}", i + 1, experiments.len(), experiment.id, experiment.title);
         let seed = seed_of(settings.seed, experiment.id);
@@ -78,12 +80,16 @@ pub fn run(experiments: &[&'static Experiment], settings: &Settings) -> Result<R
             files::fresh_folder(&folder)?;
         }
         let out = settings.out.join(experiment.id);
-        let context = Context::new(experiment.id, settings.profile, settings.seed, out, hardware.clone());
+        let mut context = Context::new(experiment.id, settings.profile, settings.seed, out, hardware.clone());
+        context.earlier = found.clone();
         let record = measure(experiment, &context);
         record.write(&settings.out)?;
         environment.inputs.extend(record.outcome.inputs.clone());
         if let Some(gpu) = &record.outcome.gpu {
             environment.set_gpu(gpu.clone());
+        }
+        if record.error.is_none() {
+            found.insert(experiment.id.to_owned(), Found::of(&record.outcome));
         }
         records.push(record);
     }

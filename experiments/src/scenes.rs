@@ -14,18 +14,26 @@ pub const BUILTIN: &str = "builtin:";
 /// The embedded scenes: name and text. Images are looked up in [`IMAGES`] by the name that the scene gives them.
 const SCENES: &[(&str, &str)] = &[
     ("demo", include_str!("../scenes/demo.ron")),
+    ("fig1", include_str!("../scenes/fig1.ron")),
     ("fig3", include_str!("../scenes/fig3.ron")),
+    ("fig5_discs", include_str!("../scenes/fig5_discs.ron")),
+    ("fig6_river", include_str!("../scenes/fig6_river.ron")),
+    ("fig7_lake", include_str!("../scenes/fig7_lake.ron")),
     ("fig8_quad", include_str!("../scenes/fig8_quad.ron")),
     ("fig9_strip", include_str!("../scenes/fig9_strip.ron")),
+    ("fig10_blend", include_str!("../scenes/fig10_blend.ron")),
+    ("fig11_union", include_str!("../scenes/fig11_union.ron")),
     ("fig12_craters", include_str!("../scenes/fig12_craters.ron")),
     ("fig13_dunes", include_str!("../scenes/fig13_dunes.ron")),
     ("fig14_warp", include_str!("../scenes/fig14_warp.ron")),
     ("fig15_instances", include_str!("../scenes/fig15_instances.ron")),
     ("fig16_lod", include_str!("../scenes/fig16_lod.ron")),
-    ("fig6_river", include_str!("../scenes/fig6_river.ron")),
-    ("fig7_lake", include_str!("../scenes/fig7_lake.ron")),
-    ("fig22_road", include_str!("../scenes/fig22_road.ron")),
+    ("fig17_dunes", include_str!("../scenes/fig17_dunes.ron")),
     ("fig19", include_str!("../scenes/fig19.ron")),
+    ("fig20", include_str!("../scenes/fig20.ron")),
+    ("fig21", include_str!("../scenes/fig21.ron")),
+    ("fig22", include_str!("../scenes/fig22.ron")),
+    ("fig23_instances", include_str!("../scenes/fig23_instances.ron")),
 ];
 
 /// The embedded GeoTIFFs, named as a scene in `experiments/scenes` reaches them: such a scene can also be read as a file.
@@ -127,6 +135,14 @@ pub fn builtin(name: &str) -> Result<Scene, SceneFileError> {
         };
         placed(file, io::geotiff::read_from(bytes, file).map_err(|error| error.to_string())?)
     })
+}
+
+/// Reads a scene without images from its text; `name` stands for the file in errors.
+///
+/// # Errors
+/// [`SceneFileError`]: not a scene, or one with an image.
+pub fn parse(name: &str, text: &str) -> Result<Scene, SceneFileError> {
+    read(name, text, &mut |file| Err(format!("{file}: expected a scene without images")))
 }
 
 fn read(

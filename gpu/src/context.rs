@@ -83,6 +83,11 @@ impl Description {
     }
 }
 
+/// Whether to go on without an adapter is a failure: where `TERRAIN_REQUIRE_GPU` is 1.
+pub fn required() -> bool {
+    std::env::var("TERRAIN_REQUIRE_GPU").is_ok_and(|value| value == "1")
+}
+
 /// The adapter a run on this machine would use, or `None` when it has none.
 pub fn describe() -> Option<Description> {
     choose(None).ok().map(|adapter| Description::new(&adapter.get_info()))

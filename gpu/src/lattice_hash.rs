@@ -63,8 +63,7 @@ mod tests {
         match adapter {
             Ok(adapter) => Some(Context::on(adapter).expect("the adapter gives a device")),
             Err(error) => {
-                let required = std::env::var("TERRAIN_REQUIRE_GPU").is_ok_and(|value| value == "1");
-                assert!(!required, "TERRAIN_REQUIRE_GPU=1: {error}");
+                assert!(!crate::context::required(), "TERRAIN_REQUIRE_GPU=1: {error}");
                 eprintln!("skipped: {error}");
                 None
             }

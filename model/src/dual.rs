@@ -50,7 +50,11 @@ impl<R: Real, const K: usize> Dual<R, K> {
     }
     #[inline(always)]
     fn map(self, value: R, f: impl Fn(R) -> R) -> Self {
-        Dual { value, slope: self.slope.map(f) }
+        let mut slope = self.slope;
+        for a in &mut slope {
+            *a = f(*a);
+        }
+        Dual { value, slope }
     }
 }
 

@@ -25,6 +25,8 @@ impl Interval {
     pub const ZERO: Interval = Interval { lo: 0.0, hi: 0.0 };
     /// [0, 1].
     pub const UNIT: Interval = Interval { lo: 0.0, hi: 1.0 };
+    /// [0, ∞).
+    pub const FROM_ZERO: Interval = Interval { lo: 0.0, hi: f64::INFINITY };
 
     /// [lo, hi]; the whole line when an end is NaN. The ends may come in any order.
     #[inline]

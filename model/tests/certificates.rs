@@ -1,14 +1,14 @@
 //! The published ranges and slopes are proved here, on the spot or from stored splits, and witnesses stand below them.
 
 use terrain_model::certify::noise::{
-    CellNoise, Gradient2, Gradient3, Simplex3, Slope, gradient2_range, gradient2_slope, gradient3_range,
-    gradient3_slope, simplex3_face, simplex3_range, simplex3_slope_root,
+    CellNoise, Gradient2, Gradient3, Simplex3, Slope, gradient2_curvature, gradient2_range, gradient2_slope,
+    gradient3_range, gradient3_slope, simplex3_face, simplex3_range, simplex3_slope_root,
 };
 use terrain_model::certify::{Objective, Verdict, tree};
 use terrain_model::noise::corner::{Corner, dot, gradient};
 use terrain_model::noise::{
-    GRADIENT2_RANGE, GRADIENT2_SLOPE, GRADIENT3_RANGE, GRADIENT3_SLOPE, SIMPLEX3_RANGE, SIMPLEX3_SLOPE, gradient2,
-    gradient3, mix, simplex3,
+    GRADIENT2_CURVATURE, GRADIENT2_RANGE, GRADIENT2_SLOPE, GRADIENT2_THIRD, GRADIENT3_RANGE, GRADIENT3_SLOPE,
+    SIMPLEX3_RANGE, SIMPLEX3_SLOPE, gradient2, gradient3, mix, simplex3,
 };
 
 const BUDGET: u64 = 1_000_000;
@@ -27,6 +27,20 @@ fn plane_noise_has_the_published_range_and_slope() {
     // Controls: just below the witnesses the same search refutes.
     assert!(refuted(gradient2_range(0.6608, BUDGET)));
     assert!(refuted(gradient2_slope(2.067, BUDGET)));
+}
+
+#[test]
+fn plane_noise_has_the_published_higher_derivatives() {
+    let [straight, mixed] = GRADIENT2_CURVATURE;
+    let [third, across] = GRADIENT2_THIRD;
+    for (order, bound) in [([2, 0], straight), ([1, 1], mixed), ([3, 0], third), ([2, 1], across)] {
+        let verdict = gradient2_curvature(order, bound, BUDGET);
+        assert!(proved(verdict), "{order:?} {verdict:?}");
+        // Control: a hundredth less is refuted.
+        assert!(refuted(gradient2_curvature(order, 0.99 * bound, BUDGET)), "{order:?}");
+    }
+    // Exchanging axes exchanges the orders.
+    assert!(refuted(gradient2_curvature([0, 2], 0.99 * straight, BUDGET)));
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod common;
 
 use common::{HALF, Random, random_focus, random_tree};
 use glam::DVec3;
-use terrain_model::program::Program;
+use terrain_model::program::{Cells, Evidence, Program};
 use terrain_model::trace::certified::{Certified, CertifiedTracer, Effort};
 use terrain_model::trace::{Answer, HeightRay, Ray, RayFunction, Settings, Surface, Tracer};
 
@@ -131,4 +131,38 @@ fn the_certified_answer_is_unaffected_by_bounds() {
         }
     }
     assert!(wrong > 0, "a slope bound of 0 must mislead the tracer that uses it");
+}
+
+/// The oracle over squares that it pruned by its own enclosures decides as the oracle over the whole program, and no later.
+#[test]
+fn squares_do_not_change_what_is_certified() {
+    let (mut decided, mut control) = (0, 0);
+    for seed in (0..400).filter(|seed| bounded(*seed).is_some()).take(12) {
+        let program = bounded(seed).expect("it was");
+        let cells = Cells::new(&program, Evidence::Enclosures);
+        let (mut whole, mut parts) = (CertifiedTracer::new(&program), CertifiedTracer::over(&cells));
+        let effort = Effort::default();
+        let mut random = Random(seed ^ 0xCE11);
+        for _ in 0..60 {
+            let ray = random_ray(&mut random);
+            let (a, b) = (whole.trace(&ray, &effort), parts.trace(&ray, &effort));
+            let end = |answer: Certified| match answer {
+                Certified::Hit { t0, t1 } | Certified::Wall { t0, t1 } => Some((t0, t1)),
+                Certified::Miss | Certified::Undecided { .. } => None,
+            };
+            if matches!(a, Certified::Undecided { .. }) || matches!(b, Certified::Undecided { .. }) {
+                continue;
+            }
+            decided += usize::from(end(a).is_some());
+            // Two brackets of the first entry overlap.
+            match (end(a), end(b)) {
+                (Some((p, q)), Some((r, s))) => assert!(p <= s && r <= q, "tree {seed}: {a:?} {b:?} {ray:?}"),
+                (p, r) => assert!(p.is_none() && r.is_none(), "tree {seed}: {a:?} {b:?} {ray:?}"),
+            }
+            // Control: a ray a metre aside meets the ground elsewhere.
+            let aside = Ray { origin: ray.origin + DVec3::new(1.0, 1.0, 0.0), ..ray };
+            control += usize::from(end(parts.trace(&aside, &effort)) != end(b));
+        }
+    }
+    assert!(decided > 100 && control > 50, "{decided} {control}");
 }

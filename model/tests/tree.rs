@@ -7,7 +7,7 @@ use glam::DVec2;
 use terrain_model::bounds::{Bounds, Region, THRESHOLD};
 use terrain_model::dual::Dual;
 use terrain_model::interval::Interval;
-use terrain_model::program::{BatchEvaluator, BoundsEvaluator, Evaluator, Program, TileProgram};
+use terrain_model::program::{BatchEvaluator, BoundsEvaluator, Cells, Evaluator, Evidence, Program, TileProgram};
 use terrain_model::rounding::Rounded;
 
 fn programs(from: u64, count: u64) -> impl Iterator<Item = (u64, Program)> {
@@ -140,6 +140,50 @@ fn pruning_to_a_box_changes_no_bit_on_it() {
         }
     }
     assert!(shorter > 500, "{shorter}");
+}
+
+#[test]
+fn squares_change_no_bit_and_bounds_of_their_programs_hold() {
+    let (mut shorter, mut control) = (0, 0);
+    let (mut asked, mut looser) = (0, 0);
+    for (seed, program) in programs(60_000, 120) {
+        let mut random = Random(seed);
+        for evidence in [Evidence::Ranges, Evidence::Enclosures] {
+            let cells = Cells::new(&program, evidence);
+            let (mut whole, mut part) = (Evaluator::<f64>::new(&program), Evaluator::<f64>::new(&program));
+            let (mut all, mut some) =
+                (Evaluator::<Dual<Interval, 2>>::new(&program), Evaluator::<Dual<Interval, 2>>::new(&program));
+            for k in 0..40 {
+                let a = random.point(1.5 * HALF);
+                let b = a + random.point([300.0, 20.0, 0.5, 0.0][k % 4]);
+                let shortened = cells.over(a, b);
+                shorter += usize::from(shortened.code().len() < program.code().len());
+                let x = [Dual::variable(Interval::new(a.x, b.x), 0), Dual::variable(Interval::new(a.y, b.y), 1)];
+                let ((f, _), (g, beta)) = (all.run(&program, x), some.run(shortened, x));
+                let region = Region::rectangle(a, b);
+                let (loose, tight) = (program.bounds(region), shortened.bounds(region));
+                for t in [0.0, 0.3, 1.0] {
+                    let p = (a + (b - a) * t).clamp(a.min(b), a.max(b));
+                    let (x, y) = (whole.height(&program, p), part.height(shortened, p));
+                    assert_eq!([x.0.to_bits(), x.1.to_bits()], [y.0.to_bits(), y.1.to_bits()], "tree {seed} at {p}");
+                    // Control: a program pruned elsewhere has other bits.
+                    control += usize::from(part.height(cells.at(p + 400.0), p) != x);
+                    let slack = Interval::symmetric(1e-9 * (1.0 + x.0.abs()));
+                    assert!((beta.value + slack).contains(x.1) && (tight.weight + slack).contains(x.1), "tree {seed}");
+                    if x.1 > 0.0 {
+                        assert!((g.value + slack).contains(x.0), "tree {seed}: {g:?} {x:?}");
+                        assert!((tight.elevation + slack).contains(x.0), "tree {seed}: {tight:?} {x:?}");
+                    }
+                }
+                // An operand whose weight only its own range knows to be 0 shifts what a mean's enclosure is taken about.
+                asked += 2;
+                looser += usize::from(g.value.width() > 1.01 * f.value.width() + 1e-9);
+                looser += usize::from(tight.slope > 1.01 * loose.slope);
+            }
+        }
+    }
+    assert!(100 * looser < asked, "{looser} of {asked}");
+    assert!(shorter > 3_000 && control > 100, "{shorter} {control}");
 }
 
 #[test]

@@ -1,5 +1,8 @@
 //! What each paper says: tables, claims, errata and their evidence.
 
+pub mod certificates;
+pub mod ledger;
+pub mod proofs;
 pub mod tables;
 pub mod verdicts;
 
@@ -13,9 +16,14 @@ pub const PAPERS: &[(&str, &str)] = &[
 
 /// The embedded files this crate answers from, with their paths in the repository, so that a report can print their hashes.
 pub const INPUTS: &[(&str, &str)] = &[
+    ("papers/genevaux2015/claims.toml", ledger::GENEVAUX2015),
     ("papers/genevaux2015/tables.toml", tables::GENEVAUX2015),
     ("papers/genevaux2015/verdicts.toml", verdicts::GENEVAUX2015),
+    ("papers/hnaidi2010/claims.toml", ledger::HNAIDI2010),
     ("papers/hnaidi2010/tables.toml", tables::HNAIDI2010),
+    ("papers/ledger/verdicts.toml", verdicts::LEDGER),
     ("papers/model/verdicts.toml", verdicts::MODEL),
+    ("papers/paris2019/claims.toml", ledger::PARIS2019),
     ("papers/paris2019/tables.toml", tables::PARIS2019),
+    ("papers/tessellation/claims.toml", ledger::TESSELLATION),
 ];

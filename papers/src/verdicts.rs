@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 pub(crate) const GENEVAUX2015: &str = include_str!("../genevaux2015/verdicts.toml");
+pub(crate) const LEDGER: &str = include_str!("../ledger/verdicts.toml");
 pub(crate) const MODEL: &str = include_str!("../model/verdicts.toml");
 
-/// Folder and text of each `verdicts.toml`: one per paper, and that of the experiments on the model's own executors.
-const FILES: &[(&str, &str)] = &[("model", MODEL), ("genevaux2015", GENEVAUX2015)];
+/// Folder and text of each `verdicts.toml`: one per paper, that of the experiments on the model's own executors, and that of the ledger.
+const FILES: &[(&str, &str)] = &[("model", MODEL), ("genevaux2015", GENEVAUX2015), ("ledger", LEDGER)];
 
 /// What an experiment says of the paper's table or figure. The order is from best to worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -43,9 +44,10 @@ impl Verdict {
         }
     }
 
-    /// Whether this verdict falls below the recorded one.
+    /// Whether this verdict falls below the recorded one. A machine that lacks what an experiment needs takes nothing back from what
+    /// another machine showed.
     pub fn is_worse_than(self, recorded: Self) -> bool {
-        self > recorded
+        self > recorded && self != Self::Skipped
     }
 }
 
@@ -146,10 +148,10 @@ mod tests {
     use Verdict::{NotAttempted, NotReproduced, Partial, Reproduced, Skipped};
 
     #[test]
-    fn order_runs_from_reproduced_to_not_attempted() {
-        let order = [Reproduced, Partial, NotReproduced, Skipped, NotAttempted];
+    fn order_runs_from_reproduced_to_not_attempted_and_a_skip_takes_nothing_back() {
+        let order = [Reproduced, Partial, NotReproduced, NotAttempted];
         for (i, better) in order.iter().enumerate() {
-            assert!(!better.is_worse_than(*better));
+            assert!(!better.is_worse_than(*better) && !Skipped.is_worse_than(*better));
             for worse in &order[i + 1..] {
                 assert!(worse.is_worse_than(*better) && !better.is_worse_than(*worse));
             }

@@ -1,6 +1,8 @@
 //! `reproduce`: lists and runs experiments. Status 0 when every experiment ran and no verdict got worse than the recorded one, 1
 //! when one did, 2 when the program could not run.
 
+#[path = "reproduce/claims.rs"]
+mod claims;
 #[path = "reproduce/rays.rs"]
 mod rays;
 
@@ -8,6 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use terrain_experiments::experiment::{Expected, Experiment, Profile};
+use terrain_experiments::genevaux2015::ablations::count_pixels;
 use terrain_experiments::model::throughput::count_scalar;
 use terrain_experiments::report::words::{bytes, duration, results};
 use terrain_experiments::runner::{Settings, Shard, regressions, run};
@@ -55,10 +58,38 @@ enum Verb {
         #[arg(long)]
         check: bool,
     },
+    /// Judges the rows of the ledger again: every statement of a paper with what shows it
+    Claims {
+        /// A paper's folder, as `genevaux2015`
+        #[arg(long, value_name = "PAPER")]
+        paper: Option<String>,
+        /// One row, with its witness, proofs and plot
+        #[arg(long, value_name = "ID")]
+        id: Option<String>,
+        /// Looks for violations: random points, gradient ascent, intervals
+        #[arg(long)]
+        hunt: bool,
+    },
+    /// Checks the proofs of the papers with `coqc`
+    Proofs {
+        /// A missing `coqc` is a failure
+        #[arg(long)]
+        strict: bool,
+    },
     /// Evaluates the scene of `model/throughput` and nothing else: what is run to count instructions
     #[command(hide = true)]
     CountScalar {
         /// Evaluations
+        count: u32,
+    },
+    /// Traces pixels of a scene of Table 1 and nothing else: what is run to count instructions
+    #[command(hide = true)]
+    CountPixels {
+        /// As `fig3`
+        scene: String,
+        /// As `segment`
+        tracer: String,
+        /// Pixels
         count: u32,
     },
 }
@@ -104,6 +135,13 @@ fn start(cli: Cli) -> Result<ExitCode, String> {
         Some(Verb::Rays { scene, rays, record, check }) => {
             let run = rays::Run { scene, rays, record, seed: options.seed, shard: options.shard };
             return if check { run.check() } else { run.extend() };
+        }
+        Some(Verb::Claims { paper, id, hunt }) => {
+            return claims::Run { paper, id, hunt, profile, seed: options.seed, out: options.out }.run();
+        }
+        Some(Verb::Proofs { strict }) => return claims::proofs(strict),
+        Some(Verb::CountPixels { scene, tracer, count }) => {
+            return count_pixels(&scene, &tracer, count).map(|_| ExitCode::SUCCESS).map_err(|error| error.to_string());
         }
         Some(Verb::CountScalar { count }) => {
             return count_scalar(count).map(|_| ExitCode::SUCCESS).map_err(|error| error.to_string());

@@ -7,7 +7,7 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 use terrain_experiments::scenes::SceneFileError;
 use terrain_experiments::verbs::{
-    VerbError, bake::Bake, convert::Convert, eval::Eval, info::Info, mesh::Mesh, render::Render,
+    VerbError, bake::Bake, convert::Convert, eval::Eval, generate::Generate, info::Info, mesh::Mesh, render::Render,
 };
 
 /// Evaluates, describes, samples, meshes and draws terrain scenes, and converts rasters.
@@ -32,6 +32,7 @@ enum Verb {
     Mesh(Mesh),
     Render(Render),
     Convert(Convert),
+    Generate(Generate),
 }
 
 fn main() -> ExitCode {
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
         Verb::Mesh(verb) => verb.run(),
         Verb::Render(verb) => verb.run(),
         Verb::Convert(verb) => verb.run(),
+        Verb::Generate(verb) => verb.run(),
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build();
     let result = match pool {

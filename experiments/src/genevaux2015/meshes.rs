@@ -23,7 +23,10 @@ pub struct Ground {
     pub tolerance: f64,
 }
 
-/// The scenes of Table 1 that exist: the middle half of each side to 5 m (Fig. 3) and 800 m (Fig. 19), or all
+/// The scenes that are meshed, and to what, metres.
+const TOLERANCES: [(&str, f64); 2] = [("fig3", 5.0), ("fig19", 800.0)];
+
+/// Two scenes of Table 1: the middle half of each side to 5 m (Fig. 3) and 800 m (Fig. 19), or all
 /// of it to half of that.
 ///
 /// # Errors
@@ -33,12 +36,14 @@ pub fn grounds(ctx: &Context) -> Result<Vec<Ground>, ExperimentError> {
     let scenes = table_scenes().map_err(ExperimentError::failed)?;
     scenes
         .into_iter()
+        .filter(|scene| TOLERANCES.iter().any(|(name, _)| *name == scene.name))
         .map(|scene| {
             let row = table.rows.iter().find(|row| row.scene == scene.row);
             let row = row.ok_or_else(|| ExperimentError::failed(format!("Table 1 has no row {}", scene.row)))?;
             let extent = DVec2::from_array(row.extent_km) * 1000.0;
             let (margin, share) = ctx.profile.pick((0.25, 1.0), (0.0, 0.5));
-            let tolerance = share * if scene.name == "fig3" { 5.0 } else { 800.0 };
+            let tolerance = TOLERANCES.iter().find(|(name, _)| *name == scene.name).map_or(0.0, |(_, metres)| *metres);
+            let tolerance = share * tolerance;
             let (low, high) = (extent * margin, extent * (1.0 - margin));
             Ok(Ground { scene, low, high, tolerance })
         })

@@ -1,12 +1,16 @@
 //! Génevaux et al. 2015: one module per table, figure or claim.
 
+pub mod ablations;
 mod adaptive;
 mod blend_bound;
 mod falloff;
+mod fig17;
+mod figures;
 mod meshes;
 mod noise_bound;
 pub mod rays;
 pub mod record;
+mod scaling;
 pub mod scenes;
 mod table1;
 mod tightness;
@@ -23,4 +27,8 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &adaptive::EXPERIMENT,
     &tin::EXPERIMENT,
     &tightness::EXPERIMENT,
+    &figures::EXPERIMENT,
+    &fig17::EXPERIMENT,
+    &scaling::EXPERIMENT,
+    &ablations::EXPERIMENT,
 ];

@@ -5,7 +5,7 @@ use crate::experiment::ExperimentError;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use terrain_model::bounds::THRESHOLD;
-use terrain_model::program::Program;
+use terrain_model::program::{Cells, Evidence, Program};
 use terrain_model::trace::camera::Camera;
 use terrain_model::trace::certified::{Certified, CertifiedTracer, Effort};
 use terrain_model::trace::{Answer, HeightRay, Ray, RayFunction, Settings, Surface, Tracer};
@@ -44,20 +44,20 @@ impl Family {
 }
 
 /// SplitMix64, one stream a ray: the rays do not depend on how they are shared out.
-pub(super) struct Random(pub(super) u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     fn for_ray(seed: u64, index: u64) -> Random {
         Random(seed ^ index.wrapping_mul(0xD6E8_FEB8_6659_FD93))
     }
-    pub(super) fn next(&mut self) -> u64 {
+    pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         z ^ (z >> 31)
     }
-    pub(super) fn range(&mut self, lo: f64, hi: f64) -> f64 {
+    pub(crate) fn range(&mut self, lo: f64, hi: f64) -> f64 {
         lo + (hi - lo) * ((self.next() >> 11) as f64 / (1u64 << 53) as f64)
     }
     fn heading(&mut self) -> DVec2 {
@@ -313,12 +313,13 @@ fn compare_rays(
     advance: &(dyn Fn(u64) + Sync),
 ) -> Vec<[Tally; 5]> {
     const CHUNK: u64 = 256;
+    let cells = Cells::new(ground.program, Evidence::Enclosures);
     let chunks: Vec<u64> = (rays.start..rays.end).step_by(CHUNK as usize).collect();
     chunks
         .into_par_iter()
         .map(|start| {
             let mut fields: Vec<HeightRay<'_>> = tracers.iter().map(|(_, surface)| HeightRay::new(surface)).collect();
-            let mut oracle = CertifiedTracer::new(ground.program);
+            let mut oracle = CertifiedTracer::over(&cells);
             let mut tallies = vec![[Tally::default(); 5]; tracers.len()];
             let end = (start + CHUNK).min(rays.end);
             for index in start..end {

@@ -18,17 +18,23 @@ pub struct TableScene {
     pub program: Program,
     /// Its size, metres.
     pub extent: DVec2,
+    /// Rays that a quick run compares the tracers on.
+    pub quick_rays: u64,
     /// The committed record of long comparisons, empty before the first.
     pub record: &'static str,
 }
 
-/// Name in metrics, name in the table, record.
-const SCENES: [(&str, &str, &str); 2] = [
-    ("fig3", "Fig 3", include_str!("../../records/fig3.csv")),
-    ("fig19", "Fig 19", include_str!("../../records/fig19.csv")),
+/// Name in metrics, name in the table, rays of a quick comparison, record of long ones.
+const SCENES: [(&str, &str, u64, &str); 6] = [
+    ("fig1", "Fig 1", 2_000, ""),
+    ("fig3", "Fig 3", 20_000, include_str!("../../records/fig3.csv")),
+    ("fig19", "Fig 19", 20_000, include_str!("../../records/fig19.csv")),
+    ("fig20", "Fig 20", 2_000, ""),
+    ("fig21", "Fig 21", 2_000, ""),
+    ("fig22", "Fig 22", 2_000, ""),
 ];
 
-/// The scenes that exist so far, in the table's order.
+/// The scenes of the table, in its order.
 ///
 /// # Errors
 /// What is wrong with a built-in scene: a bug.
@@ -36,13 +42,13 @@ pub fn table_scenes() -> Result<Vec<TableScene>, String> {
     let table = genevaux2015_table1().map_err(|error| error.to_string())?;
     SCENES
         .into_iter()
-        .map(|(name, row, record)| {
+        .map(|(name, row, quick_rays, record)| {
             let printed = table.rows.iter().find(|printed| printed.scene == row);
             let printed = printed.ok_or_else(|| format!("Table 1 has no row {row}"))?;
             let extent = DVec2::from_array(printed.extent_km) * 1000.0;
             let scene = scenes::load(&format!("builtin:{name}")).map_err(|error| error.to_string())?;
             let program = scene.program(scene.ground()).map_err(|error| format!("{name}: {error}"))?;
-            Ok(TableScene { name, row, scene, program, extent, record })
+            Ok(TableScene { name, row, scene, program, extent, quick_rays, record })
         })
         .collect()
 }

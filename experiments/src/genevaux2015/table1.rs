@@ -4,6 +4,7 @@ use super::rays::{Family, Tally, Trial, compare, compare_climbing, total};
 use super::record::Record;
 use super::scenes::{TableScene, table_scenes};
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
+use crate::layers::Layers;
 use crate::report::{Cell, Compared, Comparison, Outcome, Picture, Table, Tolerance};
 use glam::DVec2;
 use std::time::Instant;
@@ -11,7 +12,7 @@ use terrain_model::bounds::THRESHOLD;
 use terrain_model::certify::slope::slope_supremum;
 use terrain_model::program::Program;
 use terrain_model::trace::camera::Camera;
-use terrain_model::trace::shade::{Look, Pixel, render, to_srgb8};
+use terrain_model::trace::shade::{Landscape, Look, Pixel, View, render, to_srgb8};
 use terrain_model::trace::{Answer, Settings, Surface, Tracer};
 use terrain_papers::tables::{Genevaux2015Row, genevaux2015_table1};
 use terrain_papers::verdicts::Verdict;
@@ -29,7 +30,7 @@ pub const EXPERIMENT: Experiment = Experiment {
     code: "experiments/src/genevaux2015/table1.rs",
     test: "experiments/src/genevaux2015/rays.rs::answers_are_counted_by_where_they_lie",
     expected: |profile| Expected {
-        seconds: profile.pick(120.0, 8000.0),
+        seconds: profile.pick(180.0, 30000.0),
         memory_bytes: profile.pick(256 << 20, 1 << 30),
         disk_bytes: profile.pick(8 << 20, 64 << 20),
     },
@@ -38,6 +39,8 @@ pub const EXPERIMENT: Experiment = Experiment {
 
 /// The share of a scene's certified supremum that the control's slope bound is capped at.
 const CONTROL: f64 = 0.6;
+/// The steepest terrain that sphere tracing is compared on, metres per metre.
+const GENTLE: f64 = 100.0;
 /// The share of undecided rays that a scene may have.
 const UNDECIDED: f64 = 1e-3;
 
@@ -58,19 +61,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         let calls = table.calls_per_pixel(row);
         clean &= run_scene(ctx, scene, row, calls, &mut outcome, &mut compared, &mut safety)?;
     }
-    for row in &table.rows {
-        if !scenes.iter().any(|scene| scene.row == row.scene) {
-            let why = "the scene is not built yet";
-            compared.push(Compared::absent(
-                format!("{}, calls per pixel", row.scene),
-                "per pixel",
-                table.calls_per_pixel(row),
-                why,
-            ));
-            let name = row.scene.to_lowercase().replace(' ', "");
-            outcome.absent(&format!("{name}.accelerated.evaluations_per_pixel"), why)?;
-        }
-    }
+    let verdict = compared.verdict();
     outcome.table(compared.into_table())?;
     outcome.table(safety)?;
     outcome.deviation("cameras are not published", "cameras that show the figure's subject, committed with the scenes");
@@ -83,8 +74,18 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         "10⁻⁴ of the scene's side in pictures (a tenth of a pixel), 10⁻⁶ of it in the comparison with the certified tracer",
     );
     outcome.deviation("normals by finite differences", "the exact gradient, one evaluation a pixel");
-    let verdict = if clean { Verdict::Partial } else { Verdict::NotReproduced };
-    outcome.set_verdict(verdict, format!("{} of {} scenes exist", scenes.len(), table.rows.len()));
+    outcome.deviation(
+        "how steeply the paper's cameras look down is not published; evaluations fall with it",
+        "aerial cameras, 60° down and more; oblique ones stand beside them and are drawn by genevaux2015/figures",
+    );
+    if clean {
+        outcome.set_verdict(verdict, "by the rows that have a tolerance: counts, sizes, evaluations a pixel");
+    } else {
+        outcome.set_verdict(
+            Verdict::NotReproduced,
+            "a tracer missed the ground, or the certified one left too many rays open",
+        );
+    }
     Ok(outcome)
 }
 
@@ -165,10 +166,9 @@ fn run_scene(
 
     let surface = Surface::new(program);
     let Trial { settings, effort, ground } = Trial::new(scene, &surface, extent)?;
-    let elevations = ground.elevations;
     let coarse = picture_settings(extent);
     outcome.metric(&format!("{name}.picture_epsilon_metres"), coarse.epsilon)?;
-    pictures(ctx, scene, &surface, &coarse, elevations, row, paper_calls, outcome, compared)?;
+    pictures(ctx, scene, &surface, &coarse, row, paper_calls, outcome, compared)?;
 
     let supremum = slope_supremum(program, DVec2::ZERO, extent, 0.05, ctx.profile.pick(60_000, 1_000_000));
     outcome.metric(&format!("{name}.slope_bound"), surface.global().slope)?;
@@ -177,16 +177,27 @@ fn run_scene(
     outcome.metric(&format!("{name}.tau_metres"), effort.bracket)?;
     outcome.metric(&format!("{name}.epsilon_metres"), settings.epsilon)?;
 
-    let rays = ctx.profile.pick(20_000, 1_000_000);
+    let rays = ctx.profile.pick(scene.quick_rays, 1_000_000);
+    // Sphere tracing takes a step of h/λ; where the bound of the whole terrain is this steep, comparing it would take days.
+    let compared_tracers: Vec<Tracer> = Tracer::ALL
+        .into_iter()
+        .filter(|tracer| *tracer != Tracer::Sphere || surface.global().slope <= GENTLE)
+        .collect();
+    if !compared_tracers.contains(&Tracer::Sphere) {
+        let why = "the slope bound of the whole terrain is above 100: days of steps";
+        for what in ["missed_hits", "false_hits", "gave_up", "max_early_metres"] {
+            outcome.absent(&format!("{name}.sphere.{what}"), why)?;
+        }
+    }
     // The control: slope bounds capped at 0.6 of a slope that the terrain reaches must show misses.
     let broken = surface.clone().with_slope_cap(CONTROL * supremum.at_least);
-    let mut tracers: Vec<_> = Tracer::ALL.into_iter().map(|tracer| (tracer, &surface)).collect();
+    let mut tracers: Vec<_> = compared_tracers.iter().map(|tracer| (*tracer, &surface)).collect();
     tracers.push((Tracer::Sphere, &broken));
     let progress = ctx.progress(&format!("{name}: rays against the certified tracer"), rays);
     let seed = ctx.seed_for(name);
     let tallies = compare(&ground, &tracers, &settings, &effort, seed, 0..rays, &|n| progress.advance(n));
     let mut clean = true;
-    for (tracer, families) in Tracer::ALL.into_iter().zip(&tallies) {
+    for (tracer, families) in compared_tracers.iter().zip(&tallies) {
         for (family, tally) in Family::ALL.into_iter().zip(families) {
             safety.row(safety_row(name, tracer.name(), family.name(), tally));
         }
@@ -204,16 +215,16 @@ fn run_scene(
     outcome.metric(&format!("{name}.undecided"), total(&tallies[0]).undecided as f64)?;
     outcome.metric(&format!("{name}.rays"), rays as f64)?;
 
-    let wrong = total(&tallies[Tracer::ALL.len()]);
+    let wrong = total(&tallies[compared_tracers.len()]);
     // And where the bound is wrong: rays that climb past the steepest place. The right bounds must hold there too.
-    let steep = ctx.profile.pick(2_000, 50_000);
+    let steep = ctx.profile.pick(scene.quick_rays / 10, 50_000);
     let climbing = compare_climbing(&ground, &tracers, &settings, &effort, (seed, supremum.witness), 0..steep);
-    for (tracer, families) in Tracer::ALL.into_iter().zip(&climbing) {
+    for (tracer, families) in compared_tracers.iter().zip(&climbing) {
         let tally = total(families);
         safety.row(safety_row(name, tracer.name(), "past the steepest place", &tally));
         clean &= tally.clean() && tally.undecided as f64 <= UNDECIDED * tally.rays as f64;
     }
-    let steepest = total(&climbing[Tracer::ALL.len()]);
+    let steepest = total(&climbing[compared_tracers.len()]);
     safety.row(safety_row(name, "sphere, bound × 0.6 of the supremum", "past the steepest place", &steepest));
     let wrong = Tally { missed_hits: wrong.missed_hits + steepest.missed_hits, ..wrong };
     outcome.metric(&format!("{name}.control_missed_hits"), wrong.missed_hits as f64)?;
@@ -304,36 +315,46 @@ fn pictures(
     scene: &TableScene,
     surface: &Surface<'_>,
     settings: &Settings,
-    elevations: [f64; 2],
     row: &Genevaux2015Row,
     paper_calls: f64,
     outcome: &mut Outcome,
     compared: &mut Comparison,
 ) -> Result<(), ExperimentError> {
     let name = scene.name;
-    let (width, height): (u32, u32) = ctx.profile.pick((320, 180), (1920, 1080));
+    let (width, height): (u32, u32) = ctx.profile.pick((192, 108), (1920, 1080));
     let placement =
         scene.scene.cameras.get("main").ok_or_else(|| ExperimentError::failed("a scene needs a main camera"))?;
     let camera = Camera::new(placement, width as usize, height as usize);
-    let extent = DVec2::from_array(row.extent_km) * 1000.0;
-    // Shadow rays would be counted apart; the paper's counts have none.
-    let look = Look { shadows: false, ..Look::over(DVec2::ZERO, extent, elevations) };
+    let look = Look::seen(surface, &camera).wished(&scene.scene.appearance);
+    // Counted is the ground alone: the paper's counts have no rays to the sun.
+    let ground = Landscape::from(surface.clone());
+    let plain = Look { shadows: false, ..look };
     for tracer in Tracer::WITH_PAPER {
+        let metric = |what: &str| format!("{name}.{}.{what}", tracer.name());
+        let Some(part) = part_of_the_pixels(tracer, surface) else {
+            let why = "the slope bound of the whole terrain is above 5000: a ray would take more than a million steps";
+            for what in ["evaluations_per_pixel", "evaluations_per_terrain_pixel", "terrain_share"] {
+                outcome.absent(&metric(what), why)?;
+            }
+            continue;
+        };
+        let (width, height) = (width / part, height / part);
+        let camera = Camera::new(placement, width as usize, height as usize);
+        let view = View { landscape: &ground, pixel: camera.pixel(), tracer, settings, look: &plain };
         let start = Instant::now();
-        let pixels = render(surface, &camera, tracer, settings, &look);
+        let pixels = render(&view, &camera);
         let seconds = start.elapsed().as_secs_f64();
         let terrain = pixels.iter().filter(|p| matches!(p.answer, Answer::Hit { .. })).count();
         let evaluations: u64 = pixels.iter().map(|p| p.evaluations).sum();
         let per_pixel = evaluations as f64 / pixels.len() as f64;
-        let metric = |outcome: &mut Outcome, what: &str, value: f64| {
-            outcome.metric(&format!("{name}.{}.{what}", tracer.name()), value)
-        };
-        metric(outcome, "evaluations_per_pixel", per_pixel)?;
+        outcome.metric(&metric("evaluations_per_pixel"), per_pixel)?;
         let on_terrain: u64 =
             pixels.iter().filter(|p| matches!(p.answer, Answer::Hit { .. })).map(|p| p.evaluations).sum();
-        metric(outcome, "evaluations_per_terrain_pixel", on_terrain as f64 / terrain.max(1) as f64)?;
-        metric(outcome, "terrain_share", terrain as f64 / pixels.len() as f64)?;
-        outcome.timing(&format!("{name}.{}.seconds", tracer.name()), seconds)?;
+        let per_terrain_pixel = on_terrain as f64 / terrain.max(1) as f64;
+        outcome.metric(&metric("evaluations_per_terrain_pixel"), per_terrain_pixel)?;
+        outcome.metric(&metric("terrain_share"), terrain as f64 / pixels.len() as f64)?;
+        outcome.metric(&metric("pixels"), pixels.len() as f64)?;
+        outcome.timing(&metric("seconds"), seconds)?;
         let tolerance = match tracer {
             Tracer::Sphere | Tracer::AcceleratedPaper => {
                 Tolerance::shown_only("the paper's column is its accelerated tracer, its choice of δ unlike the text's")
@@ -341,28 +362,49 @@ fn pictures(
             Tracer::Accelerated => Tolerance::ratio(0.0, 1.0, "no more evaluations than the paper's"),
             Tracer::Segment => Tolerance::ratio(0.0, 0.5, "half of what the paper's accelerated tracer takes"),
         };
+        let label = |what: &str| format!("{}, {what}, {}", row.scene, tracer.name());
+        compared.push(Compared::new(label("calls per pixel"), "per pixel", paper_calls, per_pixel, tolerance));
         compared.push(Compared::new(
-            format!("{}, calls per pixel, {}", row.scene, tracer.name()),
+            label("calls per terrain pixel"),
             "per pixel",
             paper_calls,
-            per_pixel,
-            tolerance,
+            per_terrain_pixel,
+            Tolerance::shown_only("the paper divides by all pixels"),
         ));
-        let steps = ctx.write_png(&format!("{name}_{}_steps", tracer.name()), width, height, &heat(&pixels))?;
-        outcome.picture(
-            Picture::new(
-                steps,
-                &format!("Evaluations per pixel, {} tracer: black 0, white 128 and more", tracer.name()),
+        compared.push(
+            Compared::new(
+                label("ns per call"),
+                "ns",
+                row.sphere_tracing_ms * 1e6 / row.sphere_tracing_calls as f64,
+                seconds * 1e9 / evaluations.max(1) as f64,
+                Tolerance::shown_only("different hardware: the paper's ran on a GPU, ours on this CPU"),
             )
-            .camera(format!("{name}, main")),
+            .machine(),
         );
-        if tracer == Tracer::Accelerated {
-            let colours: Vec<u8> = pixels.iter().flat_map(|p| to_srgb8(p.colour)).collect();
-            let image = ctx.write_png(name, width, height, &colours)?;
-            outcome.picture(Picture::new(image, &format!("After {}", row.scene)).camera(format!("{name}, main")));
+        if part == 1 {
+            let steps = ctx.write_png(&format!("{name}_{}_steps", tracer.name()), width, height, &heat(&pixels))?;
+            let caption = format!("Evaluations per pixel, {} tracer: black 0, white 128 and more", tracer.name());
+            outcome.picture(Picture::new(steps, &caption).camera(format!("{name}, main")));
         }
     }
+    let layers = Layers::of(&scene.scene, scene.program.clone()).map_err(ExperimentError::failed)?;
+    let landscape = layers.landscape();
+    let view = View { landscape: &landscape, pixel: camera.pixel(), tracer: Tracer::Segment, settings, look: &look };
+    let colours: Vec<u8> = render(&view, &camera).iter().flat_map(|p| to_srgb8(p.colour)).collect();
+    let image = ctx.write_png(name, width, height, &colours)?;
+    outcome.picture(Picture::new(image, &format!("After {}", row.scene)).camera(format!("{name}, main")));
     Ok(())
+}
+
+/// The two tracers that are not ours may take thousands of evaluations a pixel: they are counted on every n-th pixel of every
+/// n-th row, n by the slope bound; `None` where that would still take days.
+fn part_of_the_pixels(tracer: Tracer, surface: &Surface<'_>) -> Option<u32> {
+    match (tracer, surface.global().slope) {
+        (Tracer::Accelerated | Tracer::Segment, _) | (_, ..=GENTLE) => Some(1),
+        (Tracer::AcceleratedPaper, _) => Some(4),
+        (Tracer::Sphere, ..=5000.0) => Some(12),
+        (Tracer::Sphere, _) => None,
+    }
 }
 
 /// Counts of evaluations as a ramp from black over violet and orange to white.

@@ -2,7 +2,9 @@
 //! the program pruned to tiles, and SIMD lanes on re-based tiles. Speed without agreement is worth nothing, so the lanes are
 //! held to the rounding error that running error analysis derives for them.
 
+use super::floor::operations_per_sample;
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
+use crate::genevaux2015::scenes::table_scenes;
 use crate::report::{Cell, Claim, Outcome, Table};
 use crate::scenes;
 use glam::DVec2;
@@ -11,7 +13,7 @@ use std::process::Command;
 use std::time::Instant;
 use terrain_model::bounds::{Region, THRESHOLD};
 use terrain_model::interval::Interval;
-use terrain_model::program::{BatchEvaluator, Evaluator, Program, Pruner, TileProgram};
+use terrain_model::program::{BatchEvaluator, Evaluator, Program, Pruner, TileProgram, busy_lanes};
 use terrain_model::rounding::Rounded;
 use terrain_papers::verdicts::{ClaimVerdict, Verdict};
 
@@ -23,14 +25,11 @@ pub const EXPERIMENT: Experiment = Experiment {
     about: "A scene of 20 primitives on 1 km² is sampled on a grid by one thread in three ways, in turn: the f64 reference on the whole \
             program, the f64 reference on the program pruned to each tile of 32 × 32 samples, and 16 lanes of f32 on the pruned tile \
             re-based to its corner. Pruning and re-basing are part of the time. Ratios are medians over rounds, within one run. \
-            Every lane is compared with f64 on the same tile program, against the tolerance derived for it.",
+            Every lane is compared with f64 on the same tile program, against the tolerance derived for it. Regular meshes of five \
+            million samples are timed on all threads beside the least time that arithmetic alone would take.",
     code: "experiments/src/model/throughput.rs",
     test: "experiments/src/model/throughput.rs::lanes_agree_with_the_reference_and_a_shifted_reference_is_convicted",
-    expected: |profile| Expected {
-        seconds: profile.pick(12.0, 90.0),
-        memory_bytes: profile.pick(32 << 20, 128 << 20),
-        disk_bytes: 64 << 10,
-    },
+    expected: |profile| Expected { seconds: profile.pick(15.0, 95.0), memory_bytes: 256 << 20, disk_bytes: 64 << 10 },
     run,
 };
 
@@ -250,24 +249,91 @@ pub fn count_scalar(count: u32) -> Result<f64, ExperimentError> {
 /// # Errors
 /// Why it could not be counted, in words.
 pub fn instructions_per_evaluation() -> Result<f64, String> {
-    const COUNTS: [u32; 2] = [500, 8_500];
+    instructions_each(&[COUNT_COMMAND], [500, 8_500])
+}
+
+/// Instructions of one unit of the hidden command `words` of `reproduce`, which takes the number of units as its last word:
+/// callgrind's count for many of them less that for few, over their difference.
+///
+/// # Errors
+/// Why it could not be counted, in words.
+pub fn instructions_each(words: &[&str], counts: [u32; 2]) -> Result<f64, String> {
     let own = std::env::current_exe().map_err(|error| error.to_string())?;
     if own.file_stem().and_then(|name| name.to_str()) != Some("reproduce") {
         return Err("only the `reproduce` command can be run under callgrind".into());
     }
-    let count = |points: u32| -> Result<f64, String> {
+    let count = |units: u32| -> Result<f64, String> {
         let output = Command::new("valgrind")
             .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
             .arg(&own)
-            .args([COUNT_COMMAND, &points.to_string()])
+            .args(words)
+            .arg(units.to_string())
             .output()
             .map_err(|error| format!("valgrind did not start: {error}"))?;
         let text = String::from_utf8_lossy(&output.stderr);
         let collected = text.lines().find_map(|line| line.split_once("Collected : ")?.1.trim().parse().ok());
         collected.ok_or_else(|| format!("callgrind gave no count and ended with {}", output.status))
     };
-    let [few, many] = [count(COUNTS[0])?, count(COUNTS[1])?];
-    Ok((many - few) / f64::from(COUNTS[1] - COUNTS[0]))
+    let [few, many] = [count(counts[0])?, count(counts[1])?];
+    Ok((many - few) / f64::from(counts[1] - counts[0]))
+}
+
+/// Samples along the side of the regular meshes: five million in all.
+const MESH: usize = 2_237;
+/// Seconds that a mesh of five million samples is to take at most on two cores.
+const MESH_AIM: f64 = 1.0;
+
+/// Regular meshes of the scenes of Table 1 on all threads, and the arithmetic floor: operations of what pruning leaves over what
+/// lanes reach on operations alone.
+fn meshes(outcome: &mut Outcome) -> Result<(), ExperimentError> {
+    let least = |way: &mut dyn FnMut()| {
+        let seconds = (0..3).map(|_| {
+            let start = Instant::now();
+            way();
+            start.elapsed().as_secs_f64()
+        });
+        seconds.fold(f64::INFINITY, f64::min)
+    };
+    let mut operations = 0;
+    let busy = least(&mut || {
+        let (count, sum) = busy_lanes(black_box(4_000_000));
+        black_box(sum);
+        operations = count;
+    });
+    let peak = operations as f64 / busy;
+    let threads = rayon::current_num_threads();
+    outcome.timing("lane_operations_per_second", peak)?;
+    outcome.timing("mesh_threads", threads as f64)?;
+    let mut table = Table::new("meshes", "Regular meshes of five million samples, all threads")
+        .column("scene")
+        .column("operations a sample")
+        .machine_column("seconds")
+        .machine_column("floor, seconds")
+        .machine_column("over the floor")
+        .column("aim, seconds on two cores");
+    for scene in table_scenes().map_err(ExperimentError::failed)? {
+        let (name, program) = (scene.name, &scene.program);
+        let spacing = scene.extent / (MESH - 1) as f64;
+        let seconds = least(&mut || {
+            black_box(program.bake(DVec2::ZERO, spacing, MESH, MESH));
+        });
+        let each = operations_per_sample(program, scene.extent, spacing * (TILE - 1) as f64, 64);
+        let floor = each * (MESH * MESH) as f64 / (peak * threads as f64);
+        outcome.metric(&format!("mesh.{name}.operations_per_sample"), each)?;
+        outcome.timing(&format!("mesh.{name}.seconds"), seconds)?;
+        outcome.timing(&format!("mesh.{name}.over_floor"), seconds / floor)?;
+        table.row([
+            Cell::from(name),
+            Cell::number(each, "", 4),
+            Cell::number(seconds, "s", 3),
+            Cell::number(floor, "s", 3),
+            Cell::number(seconds / floor, "", 3),
+            Cell::number(MESH_AIM, "s", 1),
+        ]);
+    }
+    outcome.metric("mesh.samples", (MESH * MESH) as f64)?;
+    outcome.table(table)?;
+    Ok(())
 }
 
 fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
@@ -334,6 +400,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         Ok(count) => outcome.timing("instructions_per_scalar_evaluation", count)?,
         Err(why) => outcome.absent("instructions_per_scalar_evaluation", why)?,
     }
+    meshes(&mut outcome)?;
     let statement = "Lanes on a re-based tile lie within the derived rounding error of f64 on the same tile.";
     let verdict = if held { ClaimVerdict::Tested } else { ClaimVerdict::Refuted };
     let evidence = format!("{} samples; the margin is the unused part of the tolerance", agree.compared);

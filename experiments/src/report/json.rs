@@ -117,7 +117,13 @@ fn claims(record: &Record) -> Vec<Value> {
         if let Some(margin) = claim.margin {
             value["margin"] = json!(margin);
         }
-        for (name, text) in [("witness", &claim.witness), ("corrected", &claim.corrected)] {
+        let texts = [
+            ("witness", &claim.witness),
+            ("corrected", &claim.corrected),
+            ("place", &claim.place),
+            ("control", &claim.control),
+        ];
+        for (name, text) in texts {
             if !text.is_empty() {
                 value[name] = json!(text);
             }

@@ -92,6 +92,8 @@ pub struct Claim {
     pub(crate) margin: Option<f64>,
     pub(crate) witness: String,
     pub(crate) corrected: String,
+    pub(crate) place: String,
+    pub(crate) control: String,
 }
 
 impl Claim {
@@ -105,6 +107,8 @@ impl Claim {
             margin: None,
             witness: String::new(),
             corrected: String::new(),
+            place: String::new(),
+            control: String::new(),
         }
     }
 
@@ -117,6 +121,18 @@ impl Claim {
     /// The numbers that refute it.
     pub fn witness(mut self, witness: impl Into<String>) -> Self {
         self.witness = witness.into();
+        self
+    }
+
+    /// Where the statement stands.
+    pub fn place(mut self, place: impl Into<String>) -> Self {
+        self.place = place.into();
+        self
+    }
+
+    /// The perturbation that its evidence turns down.
+    pub fn control(mut self, control: impl Into<String>) -> Self {
+        self.control = control.into();
         self
     }
 

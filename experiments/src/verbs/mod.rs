@@ -3,6 +3,7 @@
 pub mod bake;
 pub mod convert;
 pub mod eval;
+pub mod generate;
 pub mod info;
 pub mod mesh;
 mod picture;

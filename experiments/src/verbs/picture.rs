@@ -94,6 +94,27 @@ pub(super) fn write(path: &Path, size: Size, pixels: &[Pixel]) -> Result<(), Ver
     Ok(exr::write_layers(path, size.width, size.height, &layers)?)
 }
 
+/// Means of blocks of `fine` × `fine` colours of a picture `width` wide; all else is that of the first in a block.
+pub(super) fn averaged(pixels: Vec<Pixel>, width: usize, fine: usize) -> Vec<Pixel> {
+    if fine == 1 {
+        return pixels;
+    }
+    let (columns, rows) = (width / fine, pixels.len() / width / fine);
+    let mut out = Vec::with_capacity(columns * rows);
+    for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+        let first = row * fine * width + column * fine;
+        let mut sum = [0.0f32; 3];
+        for k in 0..fine * fine {
+            let pixel = &pixels[first + k / fine * width + k % fine];
+            for (sum, colour) in sum.iter_mut().zip(pixel.colour) {
+                *sum += colour;
+            }
+        }
+        out.push(Pixel { colour: sum.map(|sum| sum / (fine * fine) as f32), ..pixels[first] });
+    }
+    out
+}
+
 /// What a picture can be written as.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Format {

@@ -2,6 +2,8 @@
 
 use super::picture::{self, Format, Stats};
 use super::{Extent, SceneArguments, Size, VerbError, print, progress, sampled_extent};
+use crate::layers::Layers;
+use crate::scenes;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,8 +12,8 @@ use std::time::Instant;
 use terrain_model::scene::{CameraPlacement, Scene};
 use terrain_model::trace::camera::Camera;
 use terrain_model::trace::certified::{Certified, CertifiedTracer, Effort};
-use terrain_model::trace::shade::{Look, Pixel, render_row, shade};
-use terrain_model::trace::{Answer, HeightRay, Settings, Surface, Tracer};
+use terrain_model::trace::shade::{Eye, Look, Pixel, View};
+use terrain_model::trace::{Answer, Settings, Tracer};
 
 /// The name of the certified tracer, on the command line and in statistics.
 pub(super) const CERTIFIED: &str = "certified";
@@ -19,6 +21,9 @@ pub(super) const CERTIFIED: &str = "certified";
 /// The least step at the border of the domain, metres: far below a pixel of any scene. A ray that all but touches the border
 /// creeps along it, so the default of the tracers, made for comparisons, would give such a ray up.
 const EDGE: f64 = 1e-3;
+
+/// ε in parts of the distance of the ground: about a hundredth of a pixel of a picture of 1000 rows.
+const EPSILON: f64 = 1e-5;
 
 /// How rays are followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -69,7 +74,13 @@ pub struct Render {
     /// How rays are followed
     #[arg(long, value_enum, default_value = "accelerated")]
     tracer: Method,
-    /// Leaves out cast shadows
+    /// Follows N × N rays a pixel and averages their colours; all else is that of the first
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=8))]
+    antialias: u8,
+    /// Height above the ground at which a ray has met it, metres [default: a hundred-thousandth of the ground's distance]
+    #[arg(long, value_name = "METRES", value_parser = positive)]
+    epsilon: Option<f64>,
+    /// Leaves out cast shadows and reflections
     #[arg(long)]
     no_shadows: bool,
     /// Writes counts and times as JSON
@@ -92,32 +103,40 @@ impl Render {
         // The support's margin, where weights fade out, shows nothing: frame what lies on the terrain.
         let extent = sampled_extent(&program, low, high, 128).unwrap_or(Extent { low, high, elevations: [0.0, 1.0] });
         let placement = self.placement(&scene, &extent)?;
-        let camera = Camera::new(&placement, self.size.width, self.size.height);
-        let look = Look { shadows: !self.no_shadows, ..Look::over(extent.low, extent.high, extent.elevations) };
-
-        let surface = Surface::new(&program);
-        let settings = Settings { edge: EDGE, ..Settings::default() };
-        let mut pixels = vec![Pixel::EMPTY; self.size.width * self.size.height];
-        let bar = progress(self.size.height as u64, "tracing");
+        let fine = usize::from(self.antialias);
+        let camera = Camera::new(&placement, self.size.width * fine, self.size.height * fine);
+        // A layer that was asked for is drawn by itself.
+        let layers = match self.scene.layer {
+            None => Layers::of(&scene, program).map_err(|error| scenes::located(&self.scene.scene, "", error))?,
+            Some(_) => Layers { ground: program, water: None, sand: None, vegetation: None },
+        };
+        let landscape = layers.landscape();
+        let look = Look::seen(&landscape.ground, &camera).wished(&scene.appearance);
+        let look = Look { shadows: !self.no_shadows, ..look };
+        let epsilon = self.epsilon.unwrap_or(EPSILON * look.size);
+        let settings = Settings { epsilon, bracket: 10.0 * epsilon, edge: EDGE, ..Settings::default() };
+        let tracer = self.tracer.marching().unwrap_or(Tracer::Accelerated);
+        let view = View { landscape: &landscape, pixel: camera.pixel(), tracer, settings: &settings, look: &look };
+        let mut pixels = vec![Pixel::EMPTY; camera.width() * camera.height()];
+        let bar = progress(camera.height() as u64, "tracing");
         let start = Instant::now();
-        pixels.par_chunks_mut(self.size.width).enumerate().for_each_init(
-            || (HeightRay::new(&surface), CertifiedTracer::new(&program)),
-            |(field, certified), (row, out)| {
-                match self.tracer.marching() {
-                    Some(tracer) => render_row(&surface, field, &camera, tracer, &settings, &look, row, out),
-                    None => {
-                        for (column, pixel) in out.iter_mut().enumerate() {
-                            let ray = camera.ray(column as f64 + 0.5, row as f64 + 0.5);
-                            let before = certified.evaluations();
-                            let answer = answer(certified.trace(&ray, &Effort::default()));
-                            *pixel = shade(&surface, field, &ray, answer, Tracer::Accelerated, &settings, &look);
-                            pixel.evaluations += certified.evaluations() - before;
-                        }
+        pixels.par_chunks_mut(camera.width()).enumerate().for_each_init(
+            || (Eye::new(&view), CertifiedTracer::new(&layers.ground)),
+            |(eye, certified), (row, out)| {
+                if self.tracer.marching().is_some() {
+                    eye.row(&camera, row, out);
+                } else {
+                    for (column, pixel) in out.iter_mut().enumerate() {
+                        let ray = camera.ray(column as f64 + 0.5, row as f64 + 0.5);
+                        let before = certified.evaluations();
+                        *pixel = eye.shade(&ray, answer(certified.trace(&ray, &Effort::default())));
+                        pixel.evaluations += certified.evaluations() - before;
                     }
                 }
                 bar.inc(1);
             },
         );
+        let pixels = picture::averaged(pixels, camera.width(), fine);
         let seconds = start.elapsed().as_secs_f64();
         bar.finish_and_clear();
 
@@ -157,6 +176,11 @@ impl Render {
             VerbError::Other(format!("{}: cameras.{name}: no such camera; {known}", self.scene.scene))
         })
     }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value: &f64| *value > 0.0 && value.is_finite());
+    value.ok_or_else(|| "expected a number above 0".to_owned())
 }
 
 /// The whole terrain, seen from the south-west.

@@ -259,6 +259,64 @@ impl Objective<3> for Slope<Gradient2> {
     }
 }
 
+/// The largest derivative ∂ᵃ⁺ᵇn/∂xᵃ∂yᵇ of gradient noise in the plane over all gradients, (a, b) in [`Self::order`]: for the
+/// corner weight U(x)·V(y) and the offset (d, e) it is Σ h(V⁽ᵇ⁾·(U·d)⁽ᵃ⁾, U⁽ᵃ⁾·(V·e)⁽ᵇ⁾), with (U·d)⁽ᵃ⁾ = U⁽ᵃ⁾·d + a·U⁽ᵃ⁻¹⁾.
+struct Derivative {
+    order: [usize; 2],
+}
+
+impl Derivative {
+    fn largest<R: Real>(&self, t: [R; 2], natural: impl Fn(R) -> [R; 4]) -> R {
+        let c = R::constant;
+        let weights = t.map(natural);
+        let mut sum = R::zero();
+        for corner in 0..4 {
+            let mut own = [R::zero(); 2];
+            let mut with_offset = [R::zero(); 2];
+            for k in 0..2 {
+                let (far, order) = (corner >> k & 1 == 1, self.order[k]);
+                let offset = if far { t[k] - R::one() } else { t[k] };
+                let weight = |n: usize| match (far, n) {
+                    (true, _) => weights[k][n],
+                    (false, 0) => R::one() - weights[k][0],
+                    (false, _) => -weights[k][n],
+                };
+                own[k] = weight(order);
+                with_offset[k] = weight(order) * offset;
+                if order > 0 {
+                    with_offset[k] = with_offset[k] + c(order as f64) * weight(order - 1);
+                }
+            }
+            sum = sum + Gradient2.support([own[1] * with_offset[0], own[0] * with_offset[1]]);
+        }
+        sum
+    }
+}
+
+/// The fade and its three derivatives; each uses t about the middle, where it is even or odd.
+fn fades<R: Real>(t: R) -> [R; 4] {
+    let c = R::constant;
+    let (value, slope) = fade(t);
+    let m = t - c(0.5);
+    let bump = c(0.25) - m.square();
+    [value, slope, c(-120.0) * bump * m, c(360.0) * m.square() - c(30.0)]
+}
+
+impl Objective<2> for Derivative {
+    fn upper(&self, part: &[Interval; 2], _: f64) -> Upper {
+        let natural = |t: Interval| {
+            let mut all = fades(t);
+            all[0] = fade(Interval::point(t.lo())).0.hull(fade(Interval::point(t.hi())).0).meet(Interval::UNIT);
+            all
+        };
+        let axis = usize::from(part[1].width() > part[0].width());
+        Upper { bound: self.largest(*part, natural).hi(), axis }
+    }
+    fn at(&self, x: [f64; 2]) -> f64 {
+        self.largest(x, fades)
+    }
+}
+
 macro_rules! slope_in_space {
     ($noise:ty, $c:literal) => {
         impl Objective<5> for Slope<$noise> {
@@ -293,6 +351,11 @@ pub fn gradient2_range(target: f64, budget: u64) -> Verdict<2> {
 pub fn gradient2_slope(target: f64, budget: u64) -> Verdict<3> {
     let slope = Slope { noise: Gradient2, face: 0, ordered: false };
     prove_below(&slope, [HALF(), Interval::UNIT, Interval::UNIT], target, budget)
+}
+/// Is |∂ᵃ⁺ᵇn/∂xᵃ∂yᵇ| of gradient noise in the plane at most `target` inside every cell, `order` being [a, b], each up to 3?
+/// Reflections halve the cell in both coordinates.
+pub fn gradient2_curvature(order: [usize; 2], target: f64, budget: u64) -> Verdict<2> {
+    prove_below(&Derivative { order }, [HALF(); 2], target, budget)
 }
 /// Is sup|n| of gradient noise in space at most `target`? Reflections reduce the cell to an eighth.
 pub fn gradient3_range(target: f64, budget: u64) -> Verdict<3> {

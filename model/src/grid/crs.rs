@@ -1,5 +1,6 @@
 //! What the x and y of a raster mean: just enough of a coordinate reference system to refuse degrees where metres are
-//! needed, with the GeoTIFF keys carried along untouched so that a file that is read and written loses nothing.
+//! needed, with the GeoTIFF keys and the well-known text carried along untouched so that a file that is read and written loses
+//! nothing.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +24,7 @@ pub enum CrsKind {
     LocalMetres,
 }
 
-/// A coordinate reference system: its kind, and the GeoTIFF keys it was read from (empty when it was not).
+/// A coordinate reference system: its kind, and what it was read from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Crs {
@@ -32,22 +33,30 @@ pub struct Crs {
     /// The keys, for files that can hold them.
     #[serde(default, skip_serializing_if = "GeoKeys::is_empty")]
     pub keys: GeoKeys,
+    /// The well-known text it was read from, where that names no EPSG code.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wkt: Option<String>,
 }
 
 impl Crs {
+    /// A system of which the kind alone is known.
+    pub fn new(kind: CrsKind) -> Crs {
+        Crs { kind, keys: GeoKeys::default(), wkt: None }
+    }
+
     /// A projection in metres, by EPSG code.
     pub fn projected(epsg: Option<u16>) -> Crs {
-        Crs { kind: CrsKind::Projected { epsg, metres_per_unit: 1.0 }, keys: GeoKeys::default() }
+        Crs::new(CrsKind::Projected { epsg, metres_per_unit: 1.0 })
     }
 
     /// Longitude and latitude in degrees, by EPSG code (4326: WGS 84).
     pub fn geographic(epsg: Option<u16>) -> Crs {
-        Crs { kind: CrsKind::Geographic { epsg }, keys: GeoKeys::default() }
+        Crs::new(CrsKind::Geographic { epsg })
     }
 
     /// A flat frame in metres.
     pub fn local_metres() -> Crs {
-        Crs { kind: CrsKind::LocalMetres, keys: GeoKeys::default() }
+        Crs::new(CrsKind::LocalMetres)
     }
 
     /// Whether a unit of x and y is a metre.
@@ -134,7 +143,7 @@ mod tests {
         assert!(Crs::local_metres().is_metric());
         assert!(!Crs::geographic(Some(4326)).is_metric());
         let feet = CrsKind::Projected { epsg: Some(2263), metres_per_unit: 0.3048 };
-        assert!(!Crs { kind: feet, keys: GeoKeys::default() }.is_metric());
+        assert!(!Crs::new(feet).is_metric());
     }
 
     #[test]

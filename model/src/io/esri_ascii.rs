@@ -16,7 +16,8 @@ use glam::DVec2;
 use super::atomic::{atomic_write, atomic_write_bytes, remove_if_present};
 use super::check::{flip_rows, load, sample_count, sound, writable};
 use super::error::{Failure, ReadError, ReadErrorKind, WriteError, name_file, name_of, quoted};
-use crate::grid::{Crs, CrsKind, Grid};
+use super::wkt;
+use crate::grid::{Crs, Grid};
 
 /// Reads an ESRI ASCII grid, and the `.prj` file beside it if there is one.
 ///
@@ -65,13 +66,13 @@ pub fn read_from(bytes: &[u8], projection: Option<&[u8]>, name: &str) -> Result<
     let grid = Grid::new(header.origin, header.spacing, width, height, flip_rows(&values, width))
         .map_err(|error| ReadError::grid(name, "header", &error))?;
     let degrees = || looks_like_degrees(&grid).then(|| Crs::geographic(None));
-    let crs = projection.and_then(crs_of_wkt).or_else(degrees);
+    let crs = projection.and_then(|text| wkt::read(&String::from_utf8_lossy(text))).or_else(degrees);
     sound(name, grid.with_no_data(Some(header.no_data)).with_crs(crs))
 }
 
 /// Writes an ESRI ASCII grid with `xllcenter`, which keeps the origin exactly, the shortest decimals that give back
-/// each `f32`, and a `.prj` file of the same name for degrees on WGS 84 and for local metres. For any other system an
-/// old `.prj` file is removed, since it would be read back with these elevations: the EPSG code of a projection is lost.
+/// each `f32`, and its system in a `.prj` file of the same name. Where the system has no text (a projection of which only the
+/// unit is known), or is not stated, an old `.prj` file is removed, since it would be read back with these elevations.
 ///
 /// # Errors
 /// [`WriteError`]: a value that is neither finite nor no-data, nothing known, or the file system.
@@ -102,8 +103,8 @@ pub fn write(path: &Path, grid: &Grid<f32>) -> Result<(), WriteError> {
         Ok(())
     })
     .map_err(name_file(path))?;
-    match grid.crs().and_then(wkt_of_crs) {
-        Some(text) => atomic_write_bytes(&projection, text.as_bytes()).map_err(io),
+    match grid.crs().and_then(wkt::write) {
+        Some(text) => atomic_write_bytes(&projection, format!("{text}\n").as_bytes()).map_err(io),
         None => Ok(()),
     }
 }
@@ -235,37 +236,6 @@ fn looks_like_degrees(grid: &Grid<f32>) -> bool {
     let (low, high) = grid.bounds();
     let within = |p: DVec2| p.x.abs() <= 360.0 && p.y.abs() <= 90.0;
     grid.spacing().max_element() <= 0.1 && within(low) && within(high)
-}
-
-const WGS84_WKT: &str = "GEOGCS[\"GCS_WGS_1984\",DATUM[\"D_WGS_1984\",SPHEROID[\"WGS_1984\",6378137.0,298.257223563]],\
-                         PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]]\n";
-const LOCAL_WKT: &str = "LOCAL_CS[\"local metres\",UNIT[\"metre\",1.0]]\n";
-
-fn wkt_of_crs(crs: &Crs) -> Option<&'static str> {
-    match crs.kind {
-        CrsKind::Geographic { epsg: None | Some(4326) } => Some(WGS84_WKT),
-        CrsKind::LocalMetres => Some(LOCAL_WKT),
-        // Other systems need a database of names.
-        CrsKind::Geographic { .. } | CrsKind::Projected { .. } => None,
-    }
-}
-
-fn crs_of_wkt(text: &[u8]) -> Option<Crs> {
-    let text = String::from_utf8_lossy(text).to_ascii_uppercase();
-    let text = text.trim_start();
-    if text.starts_with("GEOGCS") || text.starts_with("GEOGCRS") {
-        let wgs84 = text.contains("WGS_1984") || text.contains("WGS 84");
-        Some(Crs::geographic(wgs84.then_some(4326)))
-    } else if text.starts_with("LOCAL_CS") {
-        Some(Crs::local_metres())
-    } else if text.starts_with("PROJCS") || text.starts_with("PROJCRS") {
-        // The projection's own unit is the last UNIT of WKT 1: UNIT["Foot_US",0.3048006096012192].
-        let unit = text.rsplit("UNIT[").next().and_then(|unit| unit.split([',', ']']).nth(1)).map(str::trim);
-        let metres_per_unit = unit.and_then(|unit| unit.parse().ok()).filter(|u: &f64| u.is_finite()).unwrap_or(1.0);
-        Some(Crs { kind: CrsKind::Projected { epsg: None, metres_per_unit }, ..Crs::local_metres() })
-    } else {
-        None
-    }
 }
 
 #[cfg(test)]

@@ -39,10 +39,14 @@ fn written_grid_is_read_back_bit_for_bit() {
 }
 
 #[test]
-fn degrees_and_local_metres_survive_in_the_projection_file_and_a_stale_one_goes() {
+fn a_system_survives_in_the_projection_file_and_a_stale_one_goes() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.asc");
-    for crs in [Crs::geographic(Some(4326)), Crs::local_metres()] {
+    let by_hand = "PROJCS[\"mine\",UNIT[\"Foot_US\",0.3048006096012192]]";
+    let text = format!("{HEADER}1 2 3 4 5 6");
+    let by_hand = read_from(text.as_bytes(), Some(by_hand.as_bytes()), "a.asc").unwrap().crs().cloned();
+    let systems = [Crs::geographic(Some(4326)), Crs::local_metres(), Crs::projected(Some(32611)), by_hand.unwrap()];
+    for crs in systems {
         let grid = example().with_crs(Some(crs));
         write(&path, &grid).unwrap();
         assert_eq!(read(&path).unwrap(), grid);

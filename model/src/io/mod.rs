@@ -27,6 +27,7 @@ pub mod ply;
 pub mod png;
 pub mod raw;
 pub mod sidecar;
+mod wkt;
 
 #[cfg(test)]
 mod hostile_tests;

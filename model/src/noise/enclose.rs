@@ -1,12 +1,13 @@
-//! The walker of intervals: the hull, over the cells that a box meets, of an enclosure inside each. Inside a cell the
-//! natural form is met with the mean-value form about the middle, whose excess shrinks with the square of the box.
+//! The walker of intervals. In the plane it is a Taylor polynomial. In space it is the hull, over the cells that a box
+//! meets, of an enclosure inside each: the natural form, met with the mean-value form about the middle, whose excess shrinks
+//! with the square of the box.
 
 use super::corner::{Corner, dot, gradient, value};
 use super::hash::Keys;
 use super::walk::simplex_base;
 use super::{
     GRADIENT2_RANGE, GRADIENT2_SLOPE, GRADIENT3_RANGE, GRADIENT3_SLOPE, Lattice, NoiseJet, NoiseValue, SIMPLEX3_RANGE,
-    SIMPLEX3_SLOPE, gradient2, gradient3, simplex3,
+    SIMPLEX3_SLOPE, gradient3, simplex3, taylor,
 };
 use crate::falloff::fade;
 use crate::interval::Interval;
@@ -15,7 +16,7 @@ use crate::real::Real;
 /// Most cells, or tetrahedron corners, looked at one by one; a larger box gets the global bounds.
 const CELLS: i64 = 4;
 
-/// Cells: an enclosure inside the cells of a wider box would say no more than the bounds over all of the plane.
+/// Cells: an enclosure of a wider box would say no more than the bounds over all of the plane.
 const WIDE: f64 = 0.35;
 
 /// The fade of an interval in [0, 1] and its derivative. The fade increases, so its ends are its values at the ends.
@@ -158,20 +159,15 @@ pub(super) fn for_each_kernel(
 impl NoiseJet for Interval {
     fn gradient2_jet(lattice: Lattice<2>, x: [Interval; 2]) -> [Interval; 3] {
         let bound = global(GRADIENT2_RANGE, GRADIENT2_SLOPE);
-        if x[0].width().max(x[1].width()) > WIDE {
+        // A number that is not below 2⁵⁰, NaN included, has no place in its cell.
+        if !(x[0].width().max(x[1].width()) <= WIDE && x[0].magnitude().max(x[1].magnitude()) < 1e15) {
             return bound;
         }
-        let keys = Keys::new(lattice.seed);
-        let mut hull = None;
-        let found = for_each_cell(x, |cell, t| {
-            let g = keys.cell2(based(lattice, cell)).map(|h| gradient2::direction(h).map(Interval::constant));
-            let corners = gradient2::corners(t, t.map(fade_of));
-            let slopes = gradient(&corners, &g);
-            let natural = value(&corners, &g);
-            let mean = about_middle(t, slopes, |m| gradient2::cell(m, &g));
-            join(&mut hull, [natural.meet(mean), slopes[0], slopes[1]], bound);
-        });
-        hull.filter(|_| found).unwrap_or(bound)
+        let mut jet = taylor::enclose(lattice, x);
+        for (part, bound) in jet.iter_mut().zip(bound) {
+            *part = part.meet(bound);
+        }
+        jet
     }
     fn gradient3_jet(lattice: Lattice<3>, x: [Interval; 3]) -> [Interval; 4] {
         let bound = global(GRADIENT3_RANGE, GRADIENT3_SLOPE);

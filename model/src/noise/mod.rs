@@ -10,6 +10,7 @@ pub mod hash;
 mod hunt;
 mod rounded;
 pub mod simplex3;
+mod taylor;
 mod walk;
 
 use crate::dual::{Differentiable, Dual};
@@ -25,6 +26,12 @@ pub const GRADIENT2_RANGE: f64 = 0.6609;
 /// cos(π/8)·15/8 + sin(π/8)·7/8 = 2.0671221; certified with 3 778 boxes, 0.1 s
 /// ([`crate::certify::noise::gradient2_slope`]).
 pub const GRADIENT2_SLOPE: f64 = 2.0674;
+/// Upper bounds of |∂²n/∂x²| and of |∂²n/∂x∂y| for [`NoiseValue::gradient2`]
+/// ([`crate::certify::noise::gradient2_curvature`]). Witnesses at (0.25, 0.5) and (0.76, 0.5) reach 7.7299 and 5.2849.
+pub const GRADIENT2_CURVATURE: [f64; 2] = [7.75, 5.3];
+/// Upper bounds of |∂³n/∂x³| and of |∂³n/∂x²∂y| inside a cell for [`NoiseValue::gradient2`]
+/// ([`crate::certify::noise::gradient2_curvature`]). Witnesses at (0, 0.5) and (0.525, 0.5) reach 94.63 and 26.22.
+pub const GRADIENT2_THIRD: [f64; 2] = [95.0, 26.4];
 /// Upper bound of |n| for [`NoiseValue::gradient3`]. A witness at (0.5, 0.48149, 0.35526) reaches 1.0363538; certified
 /// with 18 796 boxes, 0.4 s ([`crate::certify::noise::gradient3_range`]).
 pub const GRADIENT3_RANGE: f64 = 1.0365;

@@ -264,7 +264,7 @@ fn on_support<R: Real>(a: Operand<R>) -> R {
 }
 
 /// Fates of two operands that both enter the result: dropping either would change its rounding.
-fn both_needed(parts: &[Part], fates: &mut [Fate]) {
+pub(crate) fn both_needed(parts: &[Part], fates: &mut [Fate]) {
     for (part, fate) in parts.iter().zip(fates) {
         *fate = if part.absent { Fate::Empty } else { Fate::Keep };
     }

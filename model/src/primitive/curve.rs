@@ -207,6 +207,9 @@ impl Leaf for Code {
         };
         self.chain(p).boxes().map(around).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
+    fn grain(&self, p: Parameters<f64>) -> f64 {
+        2.0 / p.0[0].sqrt()
+    }
     fn rebase(&self, p: Parameters<f64>, _: Tables<'_>, origin: DVec2, tile: &mut TileLayout) -> Code {
         let chain = WIDTH + skeleton::width(usize::from(self.arcs));
         let mut moved = p.0[..chain + self.sections.width()].to_vec();

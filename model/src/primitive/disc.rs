@@ -244,7 +244,7 @@ impl Leaf for Code {
 }
 
 /// An octave is run on a region narrower than this many of its cells; elsewhere its certified range and slope stand.
-pub(super) const LOCAL: f64 = 0.1;
+pub(super) const LOCAL: f64 = 0.35;
 
 /// A noise over a region `width` metres wide: the octaves that are coarse enough are run on it.
 fn local_noise(

@@ -106,6 +106,10 @@ pub trait Leaf: Copy {
     fn bounds(&self, p: Parameters<f64>, tables: Tables<'_>, region: &Region) -> Bounds;
     /// A box that holds the support.
     fn support(&self, p: Parameters<f64>) -> Option<Extent>;
+    /// Metres: on boxes narrower than this it is seldom that the primitive begins or ends.
+    fn grain(&self, p: Parameters<f64>) -> f64 {
+        self.support(p).map_or(0.0, |(lo, hi)| (hi - lo).min_element())
+    }
     /// The same primitive where only its weight is asked for.
     #[must_use]
     fn weight_only(self) -> Self {
@@ -219,6 +223,9 @@ macro_rules! define {
             }
             fn support(&self, p: Parameters<f64>) -> Option<Extent> {
                 match self { $(Code::$name(code) => code.support(p),)* }
+            }
+            fn grain(&self, p: Parameters<f64>) -> f64 {
+                match self { $(Code::$name(code) => code.grain(p),)* }
             }
             fn weight_only(self) -> Code {
                 match self { $(Code::$name(code) => Code::$name(code.weight_only()),)* }

@@ -1,7 +1,7 @@
 //! The SIMD executor: `f32` lanes over a tile program, with the instruction set chosen at run time.
 
 use super::run::Text;
-use super::{Evaluator, Program, TileProgram};
+use super::{Cells, Evaluator, Evidence, Program, Pruner, TileProgram};
 use crate::bounds::Region;
 use crate::lanes::Lanes;
 use glam::DVec2;
@@ -30,6 +30,7 @@ impl BatchEvaluator {
     /// # Panics
     /// When the lengths differ.
     pub fn evaluate(&mut self, tile: &TileProgram, x: &[f32], y: &[f32], elevation: &mut [f32], weight: &mut [f32]) {
+        self.evaluator.reach(tile.depth());
         assert!(x.len() == y.len() && x.len() == elevation.len() && x.len() == weight.len());
         self.arch.dispatch(Batch { evaluator: &mut self.evaluator, text: tile.text(), x, y, elevation, weight });
     }
@@ -66,6 +67,37 @@ impl pulp::WithSimd for Batch<'_> {
     }
 }
 
+/// Chains of multiplications and additions that do not wait for each other, enough of them to keep every unit busy.
+struct Chains {
+    steps: u32,
+}
+
+const CHAINS: usize = 12;
+
+impl pulp::WithSimd for Chains {
+    type Output = [Lanes<WIDTH>; CHAINS];
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> [Lanes<WIDTH>; CHAINS] {
+        let (factor, term) = (Lanes::splat(0.999), Lanes::splat(0.001));
+        let mut chains = [Lanes::splat(0.5); CHAINS];
+        for _ in 0..self.steps {
+            for chain in &mut chains {
+                *chain = *chain * factor + term;
+            }
+        }
+        chains
+    }
+}
+
+/// Runs `steps` multiplications and additions on each lane of some independent chains, as fast as the processor's lanes can, and
+/// returns how many operations on one lane that was, with a result that depends on all of them.
+pub fn busy_lanes(steps: u32) -> (u64, f32) {
+    let chains = pulp::Arch::new().dispatch(Chains { steps });
+    let sum = chains.iter().flat_map(|chain| chain.0).sum();
+    (u64::from(steps) * 2 * (CHAINS * WIDTH) as u64, sum)
+}
+
 /// A raster of elevations and weights, row 0 in the south.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baked {
@@ -80,6 +112,13 @@ pub struct Baked {
 }
 
 impl Program {
+    /// [`Cells::bake`] without keeping the squares.
+    pub fn bake(&self, origin: DVec2, spacing: DVec2, width: usize, height: usize) -> Baked {
+        Cells::new(self, Evidence::Ranges).bake(origin, spacing, width, height)
+    }
+}
+
+impl Cells {
     /// Samples a raster: value (i, j) at `origin` + (i·dx, j·dy). Tiles are pruned, re-based and evaluated in SIMD, in
     /// parallel; the result does not depend on the number of threads.
     pub fn bake(&self, origin: DVec2, spacing: DVec2, width: usize, height: usize) -> Baked {
@@ -92,8 +131,8 @@ impl Program {
             .zip(baked.weight.par_chunks_mut(rows.max(1)))
             .enumerate()
             .for_each_init(
-                || (super::Pruner::new(self), BatchEvaluator::new(self)),
-                |(pruner, batch), (band, (elevation, weight))| {
+                || BatchEvaluator { evaluator: Evaluator::with_depth([1, 1]), arch: pulp::Arch::new() },
+                |batch, (band, (elevation, weight))| {
                     let count = elevation.len() / width;
                     for left in (0..width).step_by(TILE) {
                         let columns = (width - left).min(TILE);
@@ -101,7 +140,8 @@ impl Program {
                         let far = corner + DVec2::new(columns as f64 - 1.0, count as f64 - 1.0) * spacing;
                         // A sample's own rounding may step over the edge by an ulp: the box is a hair larger.
                         let slack = DVec2::splat(1e-12) * (corner.abs().max(far.abs()) + spacing);
-                        let pruned = pruner.prune(Region::rectangle(corner - slack, far + slack));
+                        let (low, high) = (corner - slack, far + slack);
+                        let pruned = Pruner::new(self.over(low, high)).prune(Region::rectangle(low, high));
                         let tile = TileProgram::new(&pruned, corner);
                         let n = columns * count;
                         let (mut x, mut y) = (vec![0.0; n], vec![0.0; n]);

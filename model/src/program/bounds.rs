@@ -25,7 +25,11 @@ impl<'a> BoundsEvaluator<'a> {
     }
     /// Bounds over a region.
     pub fn bounds(&mut self, region: Region) -> Bounds {
-        let BoundsEvaluator { program, rule, stack, frames } = self;
+        self.bounds_of(self.program, region)
+    }
+    /// Bounds over a region of another program, as one pruned to a box around the region is.
+    pub fn bounds_of(&mut self, program: &Program, region: Region) -> Bounds {
+        let BoundsEvaluator { rule, stack, frames, .. } = self;
         let tables = program.tables();
         stack.clear();
         frames.clear();

@@ -1,5 +1,6 @@
 //! Tree → program: checks every node, derives what is costly at run time, concatenates consecutive affines.
 
+use super::layout::depth;
 use super::{Instruction, Layout, Program};
 use crate::operator::affine::Similarity;
 use crate::operator::{Map, Operator, add, blend, replace};
@@ -26,8 +27,6 @@ struct Compiler<'a> {
     layout: Layout,
     /// What a primitive was compiled to: its parameters are stored once however often it is used.
     placed: Vec<Option<Code>>,
-    depth: [usize; 2],
-    deepest: [usize; 2],
 }
 
 impl Program {
@@ -36,23 +35,18 @@ impl Program {
     /// # Errors
     /// When a node's parameters are out of range, or instances multiply past 2²² instructions.
     pub fn compile(tree: &Tree, root: NodeId) -> Result<Program, CompileError> {
-        let mut compiler = Compiler {
-            tree,
-            code: Vec::new(),
-            layout: Layout::default(),
-            placed: vec![None; tree.len()],
-            depth: [0, 1],
-            deepest: [0, 1],
-        };
+        let (code, layout) = (Vec::new(), Layout::default());
+        let mut compiler = Compiler { tree, code, layout, placed: vec![None; tree.len()] };
         compiler.emit(root)?;
-        let layout = compiler.layout;
+        let Compiler { code, layout, .. } = compiler;
+        let depth = depth(&code);
         Ok(Program {
-            code: compiler.code,
+            code,
             parameters: Arc::new(layout.parameters),
             images: Arc::new(layout.images),
             octaves: Arc::new(layout.octaves),
             noises: Arc::new(layout.noises),
-            depth: compiler.deepest,
+            depth,
         })
     }
 }
@@ -72,8 +66,6 @@ impl Compiler<'_> {
                 };
                 self.placed[id.index()] = Some(code);
                 self.code.push(Instruction::Leaf(code));
-                self.depth[0] += 1;
-                self.deepest[0] = self.deepest[0].max(self.depth[0]);
             }
             Node::Blend(list) => {
                 let Some(operands) = u32::try_from(list.len()).ok().filter(|count| *count > 0) else {
@@ -101,7 +93,6 @@ impl Compiler<'_> {
                 }
                 self.emit(*b)?;
                 self.code.push(Instruction::Combine(Operator::Masked(code)));
-                self.depth[0] -= 5;
             }
             Node::Warp { node, warp } => {
                 let code = warp.compile(&mut self.layout);
@@ -124,15 +115,11 @@ impl Compiler<'_> {
             self.emit(*operand)?;
         }
         self.code.push(Instruction::Combine(operator));
-        self.depth[0] -= operands.len() - 1;
         Ok(())
     }
     fn within(&mut self, map: Map, inner: NodeId) -> Result<(), CompileError> {
         self.code.push(Instruction::Enter(map));
-        self.depth[1] += 1;
-        self.deepest[1] = self.deepest[1].max(self.depth[1]);
         self.emit(inner)?;
-        self.depth[1] -= 1;
         self.code.push(Instruction::Leave(map));
         Ok(())
     }

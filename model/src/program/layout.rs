@@ -1,8 +1,25 @@
 //! Where compiling puts what instructions refer to: parameters and tables.
 
+use super::Instruction;
 use crate::noise::{Bounds as NoiseBounds, Octave};
+use crate::operator::Combine;
 use crate::primitive::image::Image;
 use std::sync::Arc;
+
+/// The deepest stacks of samples and of frames that `code` needs.
+pub(super) fn depth(code: &[Instruction]) -> [usize; 2] {
+    let (mut now, mut deepest) = ([0, 1], [0, 1]);
+    for instruction in code {
+        match instruction {
+            Instruction::Leaf(_) => now[0] += 1,
+            Instruction::Combine(operator) => now[0] = now[0] + 1 - operator.operands(),
+            Instruction::Enter(_) => now[1] += 1,
+            Instruction::Leave(_) => now[1] -= 1,
+        }
+        deepest = [deepest[0].max(now[0]), deepest[1].max(now[1])];
+    }
+    deepest
+}
 
 /// The parameters and tables of a program in the making.
 #[derive(Debug, Default)]

@@ -2,6 +2,7 @@
 
 mod batch;
 mod bounds;
+mod cells;
 mod compile;
 mod focus;
 mod layout;
@@ -10,11 +11,12 @@ mod run;
 mod simplify;
 mod tile;
 
-pub use batch::{Baked, BatchEvaluator, WIDTH};
+pub use batch::{Baked, BatchEvaluator, WIDTH, busy_lanes};
 pub use bounds::BoundsEvaluator;
+pub use cells::Cells;
 pub use compile::CompileError;
 pub use layout::{Layout, TileLayout};
-pub use prune::Pruner;
+pub use prune::{Evidence, Pruner};
 pub use run::{Evaluator, Sample};
 pub use tile::TileProgram;
 

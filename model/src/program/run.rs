@@ -46,8 +46,16 @@ impl<R: Number> Evaluator<R> {
     /// Elevation and weight at `x`, without the 0 that stands for elevation off the support: where the weight is 0 the
     /// elevation means nothing.
     pub fn run(&mut self, program: &Program, x: [R; 2]) -> (R, R) {
+        self.reach(program.depth);
         let text = Text { code: &program.code, parameters: &program.parameters, tables: program.tables() };
         run(text, &mut self.stack, &mut self.frames, x)
+    }
+    /// Makes the stacks as deep as a program needs that is not the one the evaluator was made for.
+    #[inline(always)]
+    pub(crate) fn reach(&mut self, depth: [usize; 2]) {
+        if self.stack.len() < depth[0] || self.frames.len() < depth[1] {
+            *self = Evaluator::with_depth([depth[0].max(self.stack.len()), depth[1].max(self.frames.len())]);
+        }
     }
     #[inline(always)]
     pub(crate) fn run_text<P: Copy + Into<f64>>(&mut self, text: Text<'_, P>, x: [R; 2]) -> (R, R) {

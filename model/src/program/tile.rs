@@ -52,6 +52,9 @@ impl TileProgram {
     pub fn code(&self) -> &[Instruction] {
         &self.code
     }
+    pub(crate) fn depth(&self) -> [usize; 2] {
+        self.depth
+    }
     #[inline(always)]
     pub(crate) fn text(&self) -> Text<'_, f32> {
         let tables = Tables { octaves: &self.layout.octaves, tiled: true, noises: &[], images: &self.images };
@@ -63,6 +66,7 @@ impl TileProgram {
     }
     /// Elevation and weight at `x`, metres from the origin, on any number: `f64` is the oracle of the `f32` paths.
     pub fn run<R: Number>(&self, evaluator: &mut Evaluator<R>, x: [R; 2]) -> (R, R) {
+        evaluator.reach(self.depth);
         evaluator.run_text(self.text(), x)
     }
 }

@@ -1,7 +1,7 @@
 //! From the text of a scene to its tree: definitions are built once and shared, images are loaded once.
 
 use super::file::{NodeFile, SceneFile};
-use super::{PlacedImage, Scene, SceneError};
+use super::{Appearance, PlacedImage, Scene, SceneError};
 use crate::noise::mix;
 use crate::operator::affine::Similarity;
 use crate::operator::lod::Lod;
@@ -65,6 +65,7 @@ impl<'a> Builder<'a> {
                 layers: BTreeMap::new(),
                 cameras: BTreeMap::new(),
                 focus: None,
+                appearance: Appearance::default(),
                 paths: Vec::new(),
             },
             known: BTreeMap::new(),

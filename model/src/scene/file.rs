@@ -21,6 +21,8 @@ pub(super) struct SceneFile {
     #[serde(default)]
     pub(super) focus: Option<FocusFile>,
     #[serde(default)]
+    pub(super) look: LookFile,
+    #[serde(default)]
     pub(super) cameras: BTreeMap<String, CameraFile>,
 }
 
@@ -39,6 +41,17 @@ pub(super) struct FocusFile {
     pub(super) position: Point,
     pub(super) near: Finite,
     pub(super) far: Positive,
+}
+
+/// How the scene is lit and what grows; what is left out follows from its size.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct LookFile {
+    /// Where the sun stands: degrees from north, clockwise, and above the horizon.
+    pub(super) sun: Option<Point>,
+    /// Elevation above which snow lies, metres.
+    pub(super) snow: Option<Finite>,
+    pub(super) arid: bool,
 }
 
 #[derive(Clone, Debug, Deserialize)]

@@ -55,6 +55,17 @@ pub struct CameraPlacement {
     pub field_of_view: f64,
 }
 
+/// How a scene asks to be drawn; it changes no geometry.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Appearance {
+    /// Unit vector towards the sun.
+    pub sun: Option<DVec3>,
+    /// Elevation above which snow lies, metres.
+    pub snow: Option<f64>,
+    /// Whether little grows.
+    pub arid: bool,
+}
+
 /// An image found by a scene's file name: the raster and its own placement, metres.
 #[derive(Clone, Debug)]
 pub struct PlacedImage {
@@ -89,6 +100,8 @@ pub struct Scene {
     pub layers: BTreeMap<String, NodeId>,
     /// Where detail is wanted; everywhere when there is none.
     pub focus: Option<Focus>,
+    /// How it is drawn.
+    pub appearance: Appearance,
     /// The cameras by name.
     pub cameras: BTreeMap<String, CameraPlacement>,
     paths: Vec<String>,
@@ -130,6 +143,13 @@ impl Scene {
             }
             builder.scene.focus = Some(focus);
         }
+        let sun = file.look.sun.map(|(azimuth, height)| {
+            const DEGREE: f64 = std::f64::consts::PI / 180.0;
+            let (azimuth, height) = (f64::from(azimuth) * DEGREE, f64::from(height) * DEGREE);
+            let flat = libm::cos(height);
+            DVec3::new(flat * libm::sin(azimuth), flat * libm::cos(azimuth), libm::sin(height))
+        });
+        builder.scene.appearance = Appearance { sun, snow: file.look.snow.map(f64::from), arid: file.look.arid };
         for (name, camera) in &file.cameras {
             let point = |p: Point3| DVec3::new(p.0.into(), p.1.into(), p.2.into());
             let degrees = f64::from(camera.field_of_view_degrees);

@@ -34,6 +34,10 @@ impl Camera {
     pub fn height(&self) -> usize {
         self.height
     }
+    /// Angle between the middle of the picture and the next pixel, radians.
+    pub fn pixel(&self) -> f64 {
+        2.0 * self.up.length() / self.height as f64
+    }
     /// The ray through (x, y) in pixels; the centre of pixel (i, j) is (i + 0.5, j + 0.5).
     pub fn ray(&self, x: f64, y: f64) -> Ray {
         let (u, v) = (2.0 * x / self.width as f64 - 1.0, 1.0 - 2.0 * y / self.height as f64);

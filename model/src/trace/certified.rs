@@ -5,11 +5,12 @@
 //! weights all vanish, and those report an unbounded slope. So a bounded slope enclosure is a Lipschitz bound, and the
 //! mean value form holds.
 
-use super::{Ray, height_ray::clip};
+use super::Ray;
+use super::height_ray::{along, clip, corners};
 use crate::bounds::THRESHOLD;
 use crate::dual::Dual;
 use crate::interval::Interval;
-use crate::program::{Evaluator, Program};
+use crate::program::{Cells, Evaluator, Program};
 use glam::DVec2;
 
 /// What is proved about a ray.
@@ -76,6 +77,7 @@ impl Enclosure {
 #[derive(Debug)]
 pub struct CertifiedTracer<'a> {
     program: &'a Program,
+    cells: Option<&'a Cells>,
     support: Option<(DVec2, DVec2)>,
     evaluator: Evaluator<Dual<Interval, 1>>,
     evaluations: u64,
@@ -84,7 +86,13 @@ pub struct CertifiedTracer<'a> {
 impl<'a> CertifiedTracer<'a> {
     /// A tracer for `program`.
     pub fn new(program: &'a Program) -> CertifiedTracer<'a> {
-        CertifiedTracer { program, support: program.support(), evaluator: Evaluator::new(program), evaluations: 0 }
+        let (support, evaluator) = (program.support(), Evaluator::new(program));
+        CertifiedTracer { program, cells: None, support, evaluator, evaluations: 0 }
+    }
+    /// A tracer that runs the programs of squares, which many tracers share. To stay independent of `bounds` the squares
+    /// are to be pruned by [`Evidence::Enclosures`](crate::program::Evidence::Enclosures).
+    pub fn over(cells: &'a Cells) -> CertifiedTracer<'a> {
+        CertifiedTracer { cells: Some(cells), ..CertifiedTracer::new(cells.program()) }
     }
     /// Evaluations of the program since the tracer was made.
     pub fn evaluations(&self) -> u64 {
@@ -93,25 +101,12 @@ impl<'a> CertifiedTracer<'a> {
 
     fn enclose(&mut self, ray: &Ray, t: Interval) -> Enclosure {
         self.evaluations += 1;
-        let t = Dual::<Interval, 1>::variable(t, 0);
-        let along = |k: usize| {
-            let fixed = |x: f64| Dual::fixed(Interval::point(x));
-            fixed(ray.origin[k]) + fixed(ray.direction[k]) * t
-        };
-        let (f, a) = self.evaluator.run(self.program, [along(0), along(1)]);
-        let h = along(2) - f;
+        let [x, y, z] = along(ray, t);
+        let [lo, hi] = corners(x, y);
+        let program = self.cells.map_or(self.program, |cells| cells.over(lo, hi));
+        let (f, a) = self.evaluator.run(program, [x, y]);
+        let h = z - f;
         Enclosure { height: h.value, slope: h.slope[0], weight: a.value }
-    }
-
-    /// h over [a, b] by the mean value form about a, met with the natural form.
-    fn over(&mut self, ray: &Ray, at_a: &Enclosure, a: f64, b: f64) -> Enclosure {
-        let piece = Interval::new(a, b);
-        let mut whole = self.enclose(ray, piece);
-        let run = Interval::new(0.0, (b - a).next_up());
-        if whole.slope != Interval::ENTIRE {
-            whole.height = whole.height.meet(at_a.height + whole.slope * run);
-        }
-        whole
     }
 
     /// Traces one ray from its origin.
@@ -143,42 +138,63 @@ impl<'a> CertifiedTracer<'a> {
     /// `None` when all of [start, end] is proved clear.
     fn prove_clear(&mut self, ray: &Ray, start: f64, end: f64, effort: &Effort) -> Option<Certified> {
         let mut t = start;
-        let mut here = self.enclose(ray, Interval::point(t));
-        if here.solid() {
+        let mut known = self.enclose(ray, Interval::point(t));
+        if known.solid() {
             return Some(Certified::Wall { t0: t, t1: t });
         }
-        let mut width = end - start;
+        // Where the ray stands: h ≥ floor is proved if there is terrain, and `known` is the field there if it was asked for.
+        let (mut floor, mut asked) = (known.height.lo(), true);
         let smallest = effort.bracket / 1024.0;
+        let mut width = known.height.magnitude().max(effort.bracket).min(end - start);
         let first = self.evaluations;
         while t < end {
             if self.evaluations - first > u64::from(effort.budget) {
                 return Some(Certified::Undecided { t0: t, t1: t + width });
             }
             let to = (t + width).min(end);
-            let piece = self.over(ray, &here, t, to);
-            let advance = if piece.clear() {
-                to - t
-            } else if here.height.lo() > 0.0 && piece.slope.lo() < 0.0 {
-                // h(t + s) ≥ h(t) + s·min h′ stays positive up to here.
-                (here.height.lo() / -piece.slope.lo() * (1.0 - 1e-12)).min(to - t)
-            } else {
-                0.0
+            let piece = self.enclose(ray, Interval::new(t, to));
+            // Off its support an elevation means nothing, so slopes lead from t on only where there is weight all along.
+            let steady = piece.slope != Interval::ENTIRE && piece.weight.lo() > 0.0;
+            let run = Interval::new(0.0, (to - t).next_up());
+            let least = |floor: f64| {
+                let from_t = if steady { (Interval::point(floor) + piece.slope * run).lo() } else { f64::NEG_INFINITY };
+                piece.height.lo().max(from_t)
             };
-            if advance > 0.25 * (to - t) || (advance > 0.0 && advance > smallest) {
-                let next = (t + advance).max(t.next_up()).min(to);
-                // Rounding of `next` may pass the proved distance by an ulp: prove the last ulps by themselves.
-                if piece.clear() || next - t < advance.next_down() || self.over(ray, &here, t, next).clear() {
-                    width = 2.0 * (next - t);
-                    t = next;
-                    here = self.enclose(ray, Interval::point(t));
-                    continue;
-                }
+            if !piece.clear() && least(floor) <= 0.0 && !asked {
+                known = self.enclose(ray, Interval::point(t));
+                (floor, asked) = (known.height.lo(), true);
             }
-            if width > smallest {
-                width = (0.5 * width).min(0.5 * (to - t));
+            let left = least(floor);
+            if piece.clear() || left > 0.0 {
+                (floor, asked) = (left, false);
+                (t, width) = (to, 2.0 * (to - t));
                 continue;
             }
-            return Some(self.end_at(ray, t, &here, effort));
+            // h(t + s) ≥ h(t) + s·min h′ stays positive up to here.
+            let falls = steady && floor > 0.0 && piece.slope.lo() < 0.0;
+            let advance = if falls { (floor / -piece.slope.lo()).next_down().min(to - t) } else { 0.0 };
+            let next = (t + advance).next_down();
+            // Where h only falls it has reached 0 here at the latest.
+            let root = if falls && piece.slope.hi() < 0.0 && piece.weight.lo() >= THRESHOLD {
+                (t + (known.height.hi() / -piece.slope.hi()).next_up()).next_up()
+            } else {
+                f64::INFINITY
+            };
+            if root <= to && next > t && root - next <= effort.bracket {
+                let t1 = root.next_up().min(to);
+                if self.enclose(ray, Interval::point(t1)).solid() && t1 - next <= effort.bracket {
+                    return Some(Certified::Hit { t0: next, t1 });
+                }
+            }
+            if next > t && (advance > 0.25 * (to - t) || advance > smallest) {
+                // A little past the root, or twice as far as it went.
+                width = if root <= to { 1.01 * (root - next).max(smallest) } else { 2.0 * (next - t) };
+                (t, floor, asked) = (next, 0.0, false);
+            } else if width > smallest {
+                width = (0.5 * width).min(0.5 * (to - t));
+            } else {
+                return Some(self.end_at(ray, t, &known, effort));
+            }
         }
         None
     }

@@ -7,9 +7,10 @@ use crate::certify::cover::largest_over;
 use crate::dual::Dual;
 use crate::interval::Interval;
 use crate::operator::BlendRule;
-use crate::program::{BoundsEvaluator, Evaluator, Program, Sample};
+use crate::program::{BoundsEvaluator, Cells, Evaluator, Evidence, Program, Sample};
 use crate::real::Real;
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// Splits spent on the slope bound of a whole terrain, and the finest part, as a share of the support's side.
 const BUDGET: usize = 4_000;
@@ -19,6 +20,7 @@ const FINEST: f64 = 1.0 / 4096.0;
 #[derive(Clone, Debug)]
 pub struct Surface<'a> {
     program: &'a Program,
+    cells: Arc<Cells>,
     support: Option<(DVec2, DVec2)>,
     global: Global,
     highest: f64,
@@ -34,6 +36,7 @@ impl<'a> Surface<'a> {
     /// A terrain whose blends are bounded by `rule`.
     pub fn with_rule(program: &'a Program, rule: BlendRule) -> Surface<'a> {
         let support = program.support();
+        let cells = Arc::new(Cells::new(program, Evidence::Ranges));
         let mut evaluator = BoundsEvaluator::with_rule(program, rule);
         let mut global = Global { slope: 0.0, weight_slope: 0.0 };
         let mut highest = f64::NEG_INFINITY;
@@ -42,13 +45,15 @@ impl<'a> Surface<'a> {
             let bounds = evaluator.bounds(whole);
             let smallest = (hi - lo).max_element() * FINEST;
             let slope = largest_over(whole.extent, smallest, BUDGET, |extent| {
-                let bounds = evaluator.bounds(Region { extent, ends: None });
+                let [x, y] = extent;
+                let part = cells.over(DVec2::new(x.lo(), y.lo()), DVec2::new(x.hi(), y.hi()));
+                let bounds = evaluator.bounds_of(part, Region { extent, ends: None });
                 (bounds.weight.hi() >= THRESHOLD).then_some(bounds.slope)
             });
             global = Global { slope, weight_slope: bounds.weight_slope };
             highest = bounds.elevation.hi();
         }
-        Surface { program, support, global, highest, rule, slope_cap: f64::INFINITY }
+        Surface { program, cells, support, global, highest, rule, slope_cap: f64::INFINITY }
     }
     /// A deliberately wrong terrain: no slope bound exceeds `slope`. A control for comparisons, never for pictures.
     #[must_use]
@@ -57,6 +62,11 @@ impl<'a> Surface<'a> {
         self.global.slope = self.global.slope.min(slope);
         self
     }
+    /// The same terrain without squares: every evaluation runs the whole program. An ablation.
+    #[must_use]
+    pub fn without_cells(self) -> Surface<'a> {
+        Surface { cells: Arc::new(Cells::undivided(self.program)), ..self }
+    }
     /// Bounds over the whole terrain.
     pub fn global(&self) -> Global {
         self.global
@@ -64,6 +74,10 @@ impl<'a> Surface<'a> {
     /// The program.
     pub fn program(&self) -> &'a Program {
         self.program
+    }
+    /// The program pruned to squares, which all rays share.
+    pub fn cells(&self) -> &Cells {
+        &self.cells
     }
     /// The support box, (south-west, north-east) corners.
     pub fn support(&self) -> Option<(DVec2, DVec2)> {
@@ -81,6 +95,7 @@ pub struct HeightRay<'a> {
     bounds: BoundsEvaluator<'a>,
     enclosures: Evaluator<Dual<Interval, 1>>,
     evaluations: u64,
+    visits: u64,
 }
 
 impl<'a> HeightRay<'a> {
@@ -94,17 +109,30 @@ impl<'a> HeightRay<'a> {
             bounds: BoundsEvaluator::with_rule(surface.program, surface.rule),
             enclosures: Evaluator::new(surface.program),
             evaluations: 0,
+            visits: 0,
         }
     }
     /// Takes another ray and counts from 0.
     pub fn aim(&mut self, ray: Ray) {
         self.ray = ray;
-        self.evaluations = 0;
+        (self.evaluations, self.visits) = (0, 0);
+    }
+    /// Instructions of the pruned programs that the evaluations so far ran: nodes of the tree that were visited.
+    pub fn visits(&self) -> u64 {
+        self.visits
+    }
+    /// The program for an evaluation on the box between `p` and `q`. Counts both.
+    fn program_over(&mut self, p: DVec2, q: DVec2) -> &'a Program {
+        let program = self.surface.cells.over(p, q);
+        self.evaluations += 1;
+        self.visits += program.code().len() as u64;
+        program
     }
     /// Elevation, weight and gradients below the point at `t`. Counted.
     pub fn sample(&mut self, t: f64) -> Sample {
-        self.evaluations += 1;
-        self.duals.sample(self.surface.program, self.ray.at(t).truncate())
+        let p = self.ray.at(t).truncate();
+        let program = self.program_over(p, p);
+        self.duals.sample(program, p)
     }
 }
 
@@ -124,9 +152,9 @@ impl RayFunction for HeightRay<'_> {
         (near <= far).then_some((near, far))
     }
     fn value(&mut self, t: f64) -> RayPoint {
-        self.evaluations += 1;
         let p = self.ray.at(t);
-        let (elevation, weight) = self.values.run(self.surface.program, [p.x, p.y]);
+        let program = self.program_over(p.truncate(), p.truncate());
+        let (elevation, weight) = self.values.run(program, [p.x, p.y]);
         RayPoint { height: p.z - elevation, weight }
     }
     fn slope(&mut self, t: f64) -> f64 {
@@ -134,9 +162,9 @@ impl RayFunction for HeightRay<'_> {
         u.z - self.sample(t).gradient.dot(u.truncate())
     }
     fn bounds(&mut self, t0: f64, t1: f64) -> RayBounds {
-        self.evaluations += 1;
         let (p, q) = (self.ray.at(t0), self.ray.at(t1));
-        let b = self.bounds.bounds(Region::segment(p.truncate(), q.truncate()));
+        let program = self.program_over(p.truncate(), q.truncate());
+        let b = self.bounds.bounds_of(program, Region::segment(p.truncate(), q.truncate()));
         let u = self.ray.direction;
         // A vertical ray stays at one place, however steep the ground.
         let vertical = u.x == 0.0 && u.y == 0.0;
@@ -150,19 +178,28 @@ impl RayFunction for HeightRay<'_> {
         }
     }
     fn enclose(&mut self, t0: f64, t1: f64) -> RayBounds {
-        self.evaluations += 1;
-        let t = Dual::<Interval, 1>::variable(Interval::new(t0, t1), 0);
-        let along = |k: usize| {
-            let fixed = |x: f64| Dual::fixed(Interval::point(x));
-            fixed(self.ray.origin[k]) + fixed(self.ray.direction[k]) * t
-        };
-        let (f, a) = self.enclosures.run(self.surface.program, [along(0), along(1)]);
-        let h = along(2) - f;
+        let [x, y, z] = along(&self.ray, Interval::new(t0, t1));
+        let [lo, hi] = corners(x, y);
+        let program = self.program_over(lo, hi);
+        let (f, a) = self.enclosures.run(program, [x, y]);
+        let h = z - f;
         RayBounds { height: h.value, slope: h.slope[0], weight: a.value, weight_slope: a.slope[0].magnitude() }
     }
     fn evaluations(&self) -> u64 {
         self.evaluations
     }
+}
+
+/// The coordinates of a ray over an interval of t, with their derivatives by t.
+pub(super) fn along(ray: &Ray, t: Interval) -> [Dual<Interval, 1>; 3] {
+    let t = Dual::<Interval, 1>::variable(t, 0);
+    let fixed = |x: f64| Dual::fixed(Interval::point(x));
+    [0, 1, 2].map(|k| fixed(ray.origin[k]) + fixed(ray.direction[k]) * t)
+}
+
+/// South-west and north-east corners of the box of two coordinates.
+pub(super) fn corners(x: Dual<Interval, 1>, y: Dual<Interval, 1>) -> [DVec2; 2] {
+    [DVec2::new(x.value.lo(), y.value.lo()), DVec2::new(x.value.hi(), y.value.hi())]
 }
 
 /// The piece of the ray, from its origin on, above the box with corners `lo` and `hi`.

@@ -25,8 +25,16 @@ impl Default for Settings {
 /// Below this height a point counts as on the surface: rounding of `h` itself, metres.
 pub(super) const TOUCH: f64 = 1e-9;
 
-/// Steps shrink by this factor, for the rounding of the step's own arithmetic.
-pub(super) const DEFLATE: f64 = 1.0 - 1e-9;
+/// a / b rounded down, for b > 0.
+pub(super) fn over_down(a: f64, b: f64) -> f64 {
+    (a / b).next_down()
+}
+
+/// The place at most `step` ahead of `t`, rounded down: the sum is off by at most half of what `next_down` takes. A step below
+/// the spacing of numbers at t would stand still.
+pub(super) fn ahead(t: f64, step: f64, end: f64) -> f64 {
+    (t + step).next_down().max(t.next_up()).min(end)
+}
 
 /// How far one may go from a point.
 #[derive(Clone, Copy, Debug)]
@@ -60,13 +68,11 @@ pub(super) fn march<F: RayFunction>(
             return Answer::Hit { t };
         }
         let (advance, at_border) = match step(function, t, end, point) {
-            Step::Free(s) => (s * DEFLATE, false),
-            Step::Border(s) => ((s * DEFLATE).max(settings.edge), true),
+            Step::Free(s) => (s, false),
+            Step::Border(s) => (s.max(settings.edge), true),
         };
-        // A step below the spacing of numbers at t would stand still.
-        let next = (t + advance).max(t.next_up()).min(end);
         let before = point;
-        t = next;
+        t = ahead(t, advance, end);
         point = function.value(t);
         if point.solid() {
             // A free step ends outside; a border step may have entered, or leave a sliver of rounding.

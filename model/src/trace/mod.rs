@@ -3,6 +3,7 @@
 pub mod accelerated;
 pub mod camera;
 pub mod certified;
+mod delta;
 mod height_ray;
 mod march;
 pub mod segment;

@@ -4,9 +4,11 @@
 //! the domain: where the border is nearer than the surface, bounds over a candidate segment decide, so that holes and
 //! disconnected domains are met one by one (claims G16) and a ray along the border does not creep.
 
-use super::march::{Settings, Step, march};
+use super::march::{Settings, Step, TOUCH, march, over_down};
 use super::{Answer, RayFunction, RayPoint};
 use crate::bounds::THRESHOLD;
+use crate::interval::Interval;
+use crate::real::Real;
 
 /// δ ← GROWTH·s.
 const GROWTH: f64 = 2.0;
@@ -44,8 +46,8 @@ impl Candidate {
         let step = if bounds.weight.hi() < THRESHOLD || bounds.height.lo() > 0.0 {
             Step::Free(delta)
         } else {
-            let to_surface = if descent >= 0.0 { delta } else { (point.height / -descent).min(delta) };
-            let to_border = (point.weight - THRESHOLD).abs() / bounds.weight_slope.max(f64::MIN_POSITIVE);
+            let to_surface = if descent >= 0.0 { delta } else { over_down(point.height - TOUCH, -descent).min(delta) };
+            let to_border = over_down((point.weight - THRESHOLD).abs(), bounds.weight_slope.max(f64::MIN_POSITIVE));
             if bounds.weight.lo() >= THRESHOLD {
                 Step::Free(to_surface)
             } else if !point.in_domain() {
@@ -73,11 +75,11 @@ pub struct Global {
 
 /// Traces one ray.
 pub fn trace<F: RayFunction>(function: &mut F, global: Global, settings: &Settings) -> Answer {
-    let steepest = (1.0 + global.slope * global.slope).sqrt();
+    let steepest = Interval::length(Interval::point(1.0), Interval::point(global.slope)).hi();
     let mut candidate = Candidate::whole();
     march(function, settings, |function, t, end, point| {
-        let to_border = (point.weight - THRESHOLD) / global.weight_slope.max(f64::MIN_POSITIVE);
-        let to_surface = point.height / steepest;
+        let to_border = over_down(point.weight - THRESHOLD, global.weight_slope.max(f64::MIN_POSITIVE));
+        let to_surface = over_down(point.height - TOUCH, steepest);
         if point.in_domain() && to_surface <= to_border {
             candidate.follow(to_surface, settings);
             return Step::Free(to_surface);

@@ -1,25 +1,15 @@
 //! The loop of the tracers that ask for bounds over a candidate segment. Over a segment of length δ with slopes of h in
 //! [λ₋, λ₊] and the heights a, b at its ends, h(s) ≥ max(a + λ₋·s, b − λ₊·(δ−s)): a value at the far end proves about twice
 //! what the near end alone does, and is the near value of the next segment.
+//!
+//! What is proved is rounded to the safe side, quotients and places along the ray down and lengths up. The height at a point
+//! is what `f64` computes, less [`TOUCH`].
 
-use super::march::{DEFLATE, Settings, TOUCH};
+use super::delta::Delta;
+use super::march::{Settings, TOUCH, ahead, over_down};
 use super::{Answer, RayBounds, RayFunction, RayPoint};
 use crate::bounds::THRESHOLD;
 
-/// The first candidate, in heights.
-const FIRST: f64 = 0.8;
-/// What a candidate that was clear at once makes of the number of heights.
-const SUCCESS: f64 = 1.2;
-/// The share of the longest segment that may be expected to be clear that is asked for.
-const BOLD: f64 = 1.0;
-/// Where h is seen to fall, the candidate reaches past the expected root.
-const PAST: f64 = 1.2;
-/// A candidate that was not clear is cut to between these shares.
-const LEAST: f64 = 0.4;
-const MOST: f64 = 0.7;
-
-/// A candidate is at most this many times as long as the one before.
-const GROWTH: f64 = 4.0;
 /// Where the border of the domain may be near, a candidate is cut until a step covers at least this share of it.
 const WORTHWHILE: f64 = 0.2;
 
@@ -30,6 +20,42 @@ enum Known {
     AtLeast(f64),
     /// It was asked for.
     Value(RayPoint),
+}
+
+/// A candidate with its bounds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Segment {
+    /// Its length, rounded up.
+    pub span: f64,
+    /// −h′ is at most this.
+    pub fall: f64,
+    /// h′ is at most this.
+    pub climb: f64,
+    /// All of it lies in the domain.
+    pub inside: bool,
+}
+
+impl Segment {
+    fn new(t: f64, far: f64, bounds: &RayBounds) -> Segment {
+        let (fall, climb) = (-bounds.slope.lo(), bounds.slope.hi());
+        Segment { span: (far - t).next_up(), fall, climb, inside: bounds.weight.lo() >= THRESHOLD }
+    }
+    /// From a point of this height on, h stays positive up to this distance within the segment.
+    fn reach(&self, height: f64) -> f64 {
+        if self.fall <= 0.0 { f64::INFINITY } else { over_down(height, self.fall) }
+    }
+    /// The same backwards.
+    fn back(&self, height: f64) -> f64 {
+        if self.climb <= 0.0 { f64::INFINITY } else { over_down(height, self.climb) }
+    }
+    /// Do heights at both ends prove all of it?
+    fn clear_between(&self, near: f64, far: f64) -> bool {
+        (self.reach(near) + self.back(far)).next_down() >= self.span
+    }
+    /// h at the far end is at least this where it is at least `height` at the near one.
+    fn left(&self, height: f64) -> f64 {
+        (height - (self.fall.max(0.0) * self.span).next_up()).next_down()
+    }
 }
 
 /// Traces with the bounds that `over(function, t0, t1)` gives.
@@ -48,39 +74,25 @@ pub(super) fn stride<F: RayFunction>(
         return Answer::Wall { t };
     }
     let mut known = Known::Value(first);
-    // Guesses that choose δ and prove nothing: the height at t, dh/dt, and how many heights long a candidate may be.
-    let (mut guess, mut mean, mut ratio) = (first.height, 0.0f64, FIRST);
-    let mut delta = if first.in_domain() { ratio * guess } else { end - t };
+    let mut delta = Delta::first(first.height, first.in_domain(), end - t);
     for _ in 0..settings.max_steps {
         if t >= end {
             return Answer::Miss;
         }
-        delta = delta.min(end - t).max(settings.edge);
-        let bounds = over(function, t, t + delta);
-        let (fall, climb) = (-bounds.slope.lo(), bounds.slope.hi());
-        if mean == 0.0 {
-            mean = bounds.slope.middle();
-        }
-        mean = mean.max(-fall).min(climb);
-        let inside = bounds.weight.lo() >= THRESHOLD;
-        let reach = |height: f64| if fall <= 0.0 { f64::INFINITY } else { height / fall * DEFLATE };
+        let far = (t + delta.length.min(end - t).max(settings.edge)).max(t.next_up()).min(end);
+        let bounds = over(function, t, far);
+        let segment = Segment::new(t, far, &bounds);
+        delta.looked(&segment);
         let floor = match known {
             Known::AtLeast(floor) => floor,
-            Known::Value(here) => here.height,
+            Known::Value(here) => here.height - TOUCH,
         };
-        if bounds.weight.hi() < THRESHOLD || bounds.height.lo() > 0.0 || (inside && reach(floor) >= delta) {
-            let left = bounds.height.lo().max((floor - fall.max(0.0) * delta) * DEFLATE - TOUCH).max(0.0);
-            t = after(t, delta, end);
-            known = Known::AtLeast(if inside { left } else { 0.0 });
-            guess = (guess + mean * delta).max(left).min(bounds.height.hi());
-            ratio *= SUCCESS;
-            let before = delta;
-            delta = if inside { ratio * guess.max(settings.epsilon) } else { 2.0 * delta };
-            if inside && climb < 0.0 {
-                // h only falls: look past the root.
-                delta = delta.max(PAST * guess / -mean);
-            }
-            delta = delta.min(GROWTH * before);
+        let off = bounds.weight.hi() < THRESHOLD;
+        if off || bounds.height.lo() > 0.0 || (segment.inside && segment.reach(floor) >= segment.span) {
+            let left = bounds.height.lo().max(segment.left(floor)).max(0.0);
+            known = Known::AtLeast(if segment.inside { left } else { 0.0 });
+            delta.cleared(&segment, left, bounds.height.hi(), settings);
+            t = far;
             continue;
         }
         let here = match known {
@@ -88,86 +100,92 @@ pub(super) fn stride<F: RayFunction>(
             Known::AtLeast(_) => function.value(t),
         };
         known = Known::Value(here);
-        guess = here.height;
+        delta.guess = here.height;
         // Reached along a stretch that was clear: rounding has put it below.
         if here.solid() || (here.in_domain() && here.height < TOUCH) {
             return Answer::Hit { t };
         }
-        let near = reach(here.height);
-        if !inside {
-            let to_border = (here.weight - THRESHOLD).abs() / bounds.weight_slope.max(f64::MIN_POSITIVE);
-            if here.in_domain() && near.min(delta) <= to_border {
-                let step = near.min(delta);
-                (t, known, delta) = (after(t, step, end), Known::AtLeast(0.0), 2.0 * step);
-                continue;
+        let floor = here.height - TOUCH;
+        let near = segment.reach(floor);
+        if !segment.inside {
+            match border(function, settings, &mut delta, (t, end), (&segment, &bounds), (here, near)) {
+                Border::Look => {}
+                Border::Free(to) => (t, known) = (to, Known::AtLeast(0.0)),
+                Border::At(to, point) => (t, known) = (to, Known::Value(point)),
+                Border::Met(answer) => return answer,
             }
-            if to_border < WORTHWHILE * delta && delta > settings.bracket {
-                delta *= WORTHWHILE;
-                continue;
-            }
-            // The border of the domain may be inside the step, which has a floor.
-            let step = (to_border.min(delta) * DEFLATE).max(settings.edge);
-            t = after(t, step, end);
-            let point = function.value(t);
-            if point.solid() {
-                return if here.in_domain() { Answer::Hit { t } } else { Answer::Wall { t } };
-            }
-            (known, delta) = (Known::Value(point), 2.0 * step);
             continue;
         }
-        if near >= delta {
-            (t, known, delta) = (after(t, delta, end), Known::AtLeast(0.0), ratio * guess);
+        if near >= segment.span {
+            (t, known) = (far, Known::AtLeast(0.0));
+            delta.passed();
             continue;
         }
-        let back = |height: f64| if climb <= 0.0 { f64::INFINITY } else { height / climb * DEFLATE };
-        let short = delta <= settings.bracket;
-        let expected = here.height + mean * delta;
-        let shorter = longest(here.height, fall, climb, mean).max(near).max(LEAST * delta).min(MOST * delta);
-        if climb >= 0.0 && near + back(expected) < delta && !short {
-            // The slopes over less will be smaller.
-            delta = shorter;
-            ratio = delta / here.height;
+        let short = segment.span <= settings.bracket;
+        let expected = here.height + delta.mean * segment.span;
+        if segment.climb >= 0.0 && !short && !segment.clear_between(floor, expected) {
+            delta.cut(&segment, here.height, near);
             continue;
         }
-        let far = after(t, delta, end);
         let there = function.value(far);
-        let span = far - t;
-        mean = (there.height - here.height) / span;
-        if there.height > 0.0 {
-            if near + back(there.height) >= span {
-                (t, known, guess) = (far, Known::Value(there), there.height);
-                delta = longest(there.height, fall, climb, mean).min(2.0 * span);
-                ratio = delta / there.height;
-            } else if short {
-                t = after(t, near, end);
-                (known, delta) = (Known::AtLeast(0.0), 2.0 * near);
-            } else {
-                delta = shorter;
-                ratio = delta / here.height;
-            }
-            continue;
-        }
-        // The surface is met inside.
-        if climb < 0.0 {
+        delta.mean = (there.height - here.height) / segment.span;
+        if there.height > TOUCH && segment.clear_between(floor, there.height - TOUCH) {
+            (t, known) = (far, Known::Value(there));
+            delta.reached(&segment, there.height);
+        } else if there.height <= 0.0 && segment.climb < 0.0 {
             return bracket(function, settings, (t, here.height), (far, there.height));
-        }
-        if here.height < settings.epsilon && short {
+        } else if there.height <= 0.0 && short && here.height < settings.epsilon {
             return Answer::Hit { t };
-        }
-        delta = shorter;
-        if short {
-            (t, known) = (after(t, near, end), Known::AtLeast(0.0));
+        } else if short {
+            (t, known) = (ahead(t, near, end), Known::AtLeast(0.0));
+            delta.stepped(near);
+        } else {
+            delta.cut(&segment, here.height, near);
         }
     }
     Answer::GaveUp { t }
 }
 
-/// The longest segment that two heights can be expected to prove clear, when h goes on with slope `mean`:
-/// δ ≤ a/fall + (a + mean·δ)/climb.
-fn longest(height: f64, fall: f64, climb: f64, mean: f64) -> f64 {
-    let (fall, climb) = (fall.max(1e-9), climb.max(1e-9));
-    let slack = 1.0 - mean / climb;
-    if slack <= 0.0 { f64::INFINITY } else { BOLD * height * (1.0 / fall + 1.0 / climb) / slack }
+/// What is done where a candidate may meet the border of the domain.
+enum Border {
+    /// Looks at a shorter candidate.
+    Look,
+    /// Steps to a place that is clear.
+    Free(f64),
+    /// Steps to a place that was looked at.
+    At(f64, RayPoint),
+    /// The solid is met.
+    Met(Answer),
+}
+
+fn border<F: RayFunction>(
+    function: &mut F,
+    settings: &Settings,
+    delta: &mut Delta,
+    (t, end): (f64, f64),
+    (segment, bounds): (&Segment, &RayBounds),
+    (here, near): (RayPoint, f64),
+) -> Border {
+    let to_border = over_down((here.weight - THRESHOLD).abs(), bounds.weight_slope.max(f64::MIN_POSITIVE));
+    // The segment's length is rounded up; what is stepped within it is not.
+    let clear = near.min(segment.span.next_down());
+    if here.in_domain() && clear <= to_border {
+        delta.stepped(clear);
+        return Border::Free(ahead(t, clear, end));
+    }
+    if to_border < WORTHWHILE * segment.span && segment.span > settings.bracket {
+        delta.length = WORTHWHILE * segment.span;
+        return Border::Look;
+    }
+    // The border of the domain may be inside the step, which has a floor.
+    let step = to_border.min(segment.span.next_down()).max(settings.edge);
+    delta.stepped(step);
+    let to = ahead(t, step, end);
+    let point = function.value(to);
+    if point.solid() {
+        return Border::Met(if here.in_domain() { Answer::Hit { t: to } } else { Answer::Wall { t: to } });
+    }
+    Border::At(to, point)
 }
 
 /// The root between a point above and one below, where h decreases: by secants kept inside the bracket (Illinois).
@@ -196,9 +214,4 @@ fn bracket<F: RayFunction>(function: &mut F, settings: &Settings, above: (f64, f
         }
     }
     Answer::Hit { t: a }
-}
-
-/// A step below the spacing of numbers at t would stand still.
-fn after(t: f64, advance: f64, end: f64) -> f64 {
-    (t + advance).max(t.next_up()).min(end)
 }

@@ -11,7 +11,7 @@ use terrain_model::program::Program;
 use terrain_model::scene::CameraPlacement;
 use terrain_model::trace::camera::Camera;
 use terrain_model::trace::certified::Effort;
-use terrain_model::trace::shade::{Look, Pixel, render, to_srgb8};
+use terrain_model::trace::shade::{Landscape, Look, Pixel, View, render, to_srgb8};
 use terrain_model::trace::{Settings, Surface, Tracer};
 
 /// A scene made for the printed bound.
@@ -99,30 +99,53 @@ pub fn settings() -> Settings {
     Settings { epsilon: 1e-3, bracket: 1e-2, edge: 1e-7, ..Settings::default() }
 }
 
-/// The accelerated tracer with either bound, on the same rays.
+/// The tracers of the paper: §7.1 with one bound for the terrain, §7.2 with one per candidate segment.
+pub const TRACERS: [Tracer; 2] = [Tracer::Sphere, Tracer::Accelerated];
+
+/// A terrain with everything that is printed of its bounds: the blend's without 1/T and, for sphere tracing, which divides by √(1 + λ²)
+/// here, the λ of f alone in place of that root.
+fn as_printed(program: &Program, tracer: Tracer) -> Surface<'_> {
+    let surface = Surface::with_rule(program, BlendRule::Paper);
+    if tracer != Tracer::Sphere {
+        return surface;
+    }
+    let slope = surface.global().slope;
+    surface.with_slope_cap((slope * slope - 1.0).max(0.0).sqrt())
+}
+
+/// One tracer with either bound, on the same rays.
 pub struct Traced {
-    /// With max λ_α·M.
+    /// Which.
+    pub tracer: Tracer,
+    /// With the printed bounds.
     pub paper: Tally,
-    /// With the factor 1/T.
+    /// With ours.
     pub corrected: Tally,
 }
 
-/// Traces `rays` rays of the five families.
-pub fn trace(scene: &Scene, seed: u64, rays: u64) -> Traced {
-    let surfaces = [BlendRule::Paper, BlendRule::Corrected].map(|rule| Surface::with_rule(&scene.program, rule));
-    let steepest = (1.0 + surfaces[1].global().slope * surfaces[1].global().slope).sqrt();
+/// Traces `rays` rays of the five families with each tracer.
+pub fn trace(scene: &Scene, seed: u64, rays: u64) -> Vec<Traced> {
+    let corrected = Surface::with_rule(&scene.program, BlendRule::Corrected);
+    let printed = TRACERS.map(|tracer| as_printed(&scene.program, tracer));
+    let steepest = (1.0 + corrected.global().slope * corrected.global().slope).sqrt();
     let effort = Effort { bracket: settings().epsilon / steepest, budget: 20_000 };
     let camera = Camera::new(&scene.placement, 480, 270);
     let ground = Ground { program: &scene.program, camera, extent: scene.extent, elevations: scene.elevations };
-    let tracers = [(Tracer::Accelerated, &surfaces[0]), (Tracer::Accelerated, &surfaces[1])];
+    let tracers: Vec<_> =
+        TRACERS.iter().zip(&printed).flat_map(|(&tracer, printed)| [(tracer, printed), (tracer, &corrected)]).collect();
     let tallies = compare(&ground, &tracers, &settings(), &effort, seed, 0..rays, &|_| {});
-    Traced { paper: total(&tallies[0]), corrected: total(&tallies[1]) }
+    TRACERS
+        .iter()
+        .zip(tallies.chunks_exact(2))
+        .map(|(&tracer, pair)| Traced { tracer, paper: total(&pair[0]), corrected: total(&pair[1]) })
+        .collect()
 }
 
 /// A hit of the printed bound this much behind the other's is marked, metres: far above ε, far below a pixel.
 const LATE: f64 = 0.05;
 
-/// Renders a scene with both bounds, writes the pictures and returns the share of pixels that the printed bound gets wrong.
+/// Renders a scene with each tracer and both bounds, writes the pictures and returns the shares of pixels that the printed bounds get
+/// wrong, in the order of [`TRACERS`], and the share that ours gets wrong against the other tracer's.
 ///
 /// # Errors
 /// When a picture cannot be written.
@@ -131,33 +154,45 @@ pub fn pictures(
     scene: &Scene,
     name: &str,
     size: (u32, u32),
-) -> Result<(Vec<Picture>, f64), ExperimentError> {
+) -> Result<(Vec<Picture>, Vec<f64>, f64), ExperimentError> {
     let (width, height) = size;
     let camera = Camera::new(&scene.placement, width as usize, height as usize);
     let (lo, hi) = scene.extent;
     let look = Look { shadows: false, ..Look::over(lo, hi, scene.elevations) };
-    let draw =
-        |rule| render(&Surface::with_rule(&scene.program, rule), &camera, Tracer::Accelerated, &settings(), &look);
-    let (right, wrong) = (draw(BlendRule::Corrected), draw(BlendRule::Paper));
-    let missed: Vec<bool> = right.iter().zip(&wrong).map(|(right, wrong)| is_missed(right, wrong)).collect();
-    let share = missed.iter().filter(|&&missed| missed).count() as f64 / missed.len() as f64;
-    let plain: Vec<u8> = right.iter().flat_map(|pixel| to_srgb8(pixel.colour)).collect();
-    let marked: Vec<u8> = wrong
-        .iter()
-        .zip(&missed)
-        .flat_map(|(pixel, &missed)| if missed { [230, 20, 30] } else { to_srgb8(pixel.colour) })
-        .collect();
+    let corrected = Surface::with_rule(&scene.program, BlendRule::Corrected);
+    let draw = |surface: &Surface<'_>, tracer| {
+        let (landscape, settings) = (Landscape::from(surface.clone()), &settings());
+        render(&View { landscape: &landscape, pixel: camera.pixel(), tracer, settings, look: &look }, &camera)
+    };
+    let truth = draw(&corrected, Tracer::Accelerated);
     let placement = &scene.placement;
-    let camera = format!("{name}: eye {}, target {}", placement.eye, placement.target);
+    let from = format!("{name}: eye {}, target {}", placement.eye, placement.target);
+    let plain: Vec<u8> = truth.iter().flat_map(|pixel| to_srgb8(pixel.colour)).collect();
     let plain = ctx.write_png(&format!("{name}_corrected"), width, height, &plain)?;
-    let marked = ctx.write_png(&format!("{name}_printed"), width, height, &marked)?;
-    let captions = [
-        "The accelerated tracer with the corrected bound".to_owned(),
-        format!("The same with the printed bound: red where the ground is missed, or met more than {LATE} m behind it"),
-    ];
-    let pictures =
-        [plain, marked].into_iter().zip(captions).map(|(png, caption)| Picture::new(png, &caption).camera(&camera));
-    Ok((pictures.collect(), share))
+    let mut pictures = vec![Picture::new(plain, "The accelerated tracer with the corrected bounds").camera(&from)];
+    let share = |missed: &[bool]| missed.iter().filter(|&&missed| missed).count() as f64 / missed.len() as f64;
+    let missed = |pixels: &[Pixel]| -> Vec<bool> {
+        truth.iter().zip(pixels).map(|(right, wrong)| is_missed(right, wrong)).collect()
+    };
+    let mut shares = Vec::new();
+    for tracer in TRACERS {
+        let wrong = draw(&as_printed(&scene.program, tracer), tracer);
+        let missed = missed(&wrong);
+        shares.push(share(&missed));
+        let marked: Vec<u8> = wrong
+            .iter()
+            .zip(&missed)
+            .flat_map(|(pixel, &missed)| if missed { [230, 20, 30] } else { to_srgb8(pixel.colour) })
+            .collect();
+        let marked = ctx.write_png(&format!("{name}_printed_{}", tracer.name()), width, height, &marked)?;
+        let caption = format!(
+            "The {} tracer with the printed bounds: red where the ground is missed, or met more than {LATE} m behind it",
+            tracer.name()
+        );
+        pictures.push(Picture::new(marked, &caption).camera(&from));
+    }
+    let ours = share(&missed(&draw(&corrected, Tracer::Sphere)));
+    Ok((pictures, shares, ours))
 }
 
 fn is_missed(right: &Pixel, wrong: &Pixel) -> bool {
@@ -176,10 +211,12 @@ mod tests {
     #[test]
     fn the_printed_bound_misses_ground_that_the_corrected_bound_finds() {
         for scene in [crease().unwrap(), spires().unwrap()] {
-            let Traced { paper, corrected } = trace(&scene, 5, 600);
-            assert!(paper.missed_hits > 0, "{}: {paper:?}", scene.name);
-            assert!(corrected.clean() && corrected.hits > 60, "{}: {corrected:?}", scene.name);
-            assert!(corrected.undecided < 15, "{}: {corrected:?}", scene.name);
+            for Traced { tracer, paper, corrected } in trace(&scene, 5, 600) {
+                let name = format!("{}, {}", scene.name, tracer.name());
+                assert!(paper.missed_hits > 0, "{name}: {paper:?}");
+                assert!(corrected.clean() && corrected.hits > 60, "{name}: {corrected:?}");
+                assert!(corrected.undecided < 15, "{name}: {corrected:?}");
+            }
         }
     }
 

@@ -110,26 +110,54 @@ pub(super) fn figures(record: &Record) -> Markup {
     }
 }
 
-pub(super) fn claim_table(claims: &[Claim]) -> Markup {
+/// More claims than this get a search field.
+const MANY: usize = 20;
+
+/// Shows the rows of the table below that hold every word and have the verdict chosen.
+const FILTER: &str = "for(const f of document.querySelectorAll('.filter')){const rows=f.nextElementSibling.querySelectorAll('tbody tr'),\
+[words,verdict,count]=[f.querySelector('input'),f.querySelector('select'),f.querySelector('output')];const show=()=>{let n=0;for(const r of \
+rows){const t=r.textContent.toLowerCase(),ok=words.value.toLowerCase().split(/\\s+/).every(w=>t.includes(w))&&(!verdict.value||\
+r.dataset.verdict===verdict.value);r.hidden=!ok;n+=ok}count.value=n+' of '+rows.length};f.oninput=show;f.hidden=false;show()}";
+
+/// A field for words and a choice of verdicts, hidden where there is no script.
+fn filter(claims: &[Claim]) -> Markup {
+    let verdicts: std::collections::BTreeSet<&str> = claims.iter().map(|claim| claim.verdict.word()).collect();
     html! {
+        p.filter hidden {
+            label { "Filter " input type="search" placeholder="paper, section, word"; }
+            " "
+            label { "Verdict " select {
+                option value="" { "all" }
+                @for verdict in verdicts { option value=(verdict) { (verdict) } }
+            } }
+            " " output { }
+        }
+    }
+}
+
+pub(super) fn claim_table(claims: &[Claim]) -> Markup {
+    let many = claims.len() > MANY;
+    html! {
+        @if many { (filter(claims)) }
         div.scroll { table.claims {
             thead { tr { th { "Claim" } th { "Statement" } th { "Verdict" } th { "Evidence" } th.number { "Margin" } } }
             tbody {
                 @for claim in claims {
-                    tr {
-                        td { code { (claim.id) } }
+                    tr data-verdict=(claim.verdict.word()) {
+                        td { code { (claim.id) } @if !claim.place.is_empty() { span.note { (claim.place) } } }
                         td {
                             (claim.statement)
                             @if !claim.witness.is_empty() { p.note { b { "Witness. " } (claim.witness) } }
                             @if !claim.corrected.is_empty() { p.note { b { "Corrected. " } (claim.corrected) } }
                         }
                         td { (badge(claim.verdict.word())) }
-                        td { (claim.evidence) }
+                        td { (claim.evidence) @if !claim.control.is_empty() { p.note { b { "Control. " } (claim.control) } } }
                         td.number { @if let Some(margin) = claim.margin { (number::readable(margin, 3)) } }
                     }
                 }
             }
         } }
+        @if many { script { (PreEscaped(FILTER)) } }
     }
 }
 

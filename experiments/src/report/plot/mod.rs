@@ -148,7 +148,10 @@ impl Plot {
     }
 
     /// The drawing.
-    pub(crate) fn svg(&self) -> Result<String, OutcomeError> {
+    ///
+    /// # Errors
+    /// For data that cannot be drawn.
+    pub fn svg(&self) -> Result<String, OutcomeError> {
         draw::svg(self).map_err(|why| OutcomeError::Plot { name: self.name.clone(), why })
     }
 }

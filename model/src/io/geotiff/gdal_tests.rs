@@ -95,3 +95,33 @@ fn what_the_decoder_would_get_wrong_is_refused() {
     let error = read_grid(Path::new(&theirs)).unwrap_err();
     assert!(error.to_string().contains("predictor in a big-endian file"), "{error}");
 }
+
+#[test]
+fn gdal_sees_the_system_of_every_format_that_has_one() {
+    let folder = tempfile::tempdir().unwrap();
+    // No code describes this one, so that its text itself has to come through.
+    let by_hand = "PROJCS[\"mine\",GEOGCS[\"GCS_WGS_1984\",DATUM[\"D_WGS_1984\",\
+                   SPHEROID[\"WGS_1984\",6378137.0,298.257223563]],PRIMEM[\"Greenwich\",0.0],\
+                   UNIT[\"Degree\",0.0174532925199433]],PROJECTION[\"Transverse_Mercator\"],PARAMETER[\"False_Easting\",0.0],\
+                   PARAMETER[\"False_Northing\",0.0],PARAMETER[\"Central_Meridian\",-115.5],\
+                   PARAMETER[\"Scale_Factor\",1.0],PARAMETER[\"Latitude_Of_Origin\",0.0],UNIT[\"Meter\",1.0]]";
+    let by_hand = super::super::wkt::read(by_hand).unwrap();
+    let systems = [
+        (Crs::projected(Some(32611)), "UTM zone 11N"),
+        (Crs::projected(Some(2154)), "Lambert-93"),
+        (Crs::geographic(Some(4269)), "NAD83"),
+        (by_hand, "-115.5"),
+    ];
+    for (crs, name) in systems {
+        for extension in ["tif", "asc"] {
+            let path = folder.path().join(format!("a.{extension}"));
+            let grid = example().with_crs(Some(crs.clone()));
+            super::super::write_grid(&path, &grid).unwrap();
+            let Some(text) = gdal("gdalinfo", &[path.to_str().unwrap()]) else { return };
+            assert!(text.contains(name), "{extension}: {text}");
+            let back = read_grid(&path).unwrap();
+            let (back, crs) = (back.crs().unwrap(), &crs);
+            assert_eq!((back.kind, &back.wkt), (crs.kind, &crs.wkt), "{extension}");
+        }
+    }
+}

@@ -16,6 +16,11 @@ const LINEAR_UNITS: u16 = 3076;
 const LINEAR_UNIT_SIZE: u16 = 3077;
 const USER_DEFINED: u16 = 32767;
 const METRE: u16 = 9001;
+/// How ESRI's tools cite a system that has no code; GDAL reads the text behind it.
+const WKT_CITATION: &str = "ESRI PE String = ";
+
+/// Longest citation that is written; the count of a key is a 16-bit number.
+const CITED: usize = 60_000;
 
 /// The keys of a file; empty when it has none.
 pub(super) fn keys(directory: &Directory) -> Result<GeoKeys, ReadError> {
@@ -98,7 +103,8 @@ pub(super) fn crs(directory: &Directory, keys: GeoKeys) -> Result<Option<Crs>, R
         _ if metres_per_unit == 1.0 => CrsKind::LocalMetres,
         _ => CrsKind::Projected { epsg: None, metres_per_unit },
     };
-    Ok(Some(Crs { kind, keys }))
+    let wkt = keys.text(CITATION).and_then(|text| text.strip_prefix(WKT_CITATION)).map(str::to_owned);
+    Ok(Some(Crs { kind, keys, wkt }))
 }
 
 /// The keys to write for a system: its own, or the fewest that say what it is; with the given raster type.
@@ -113,7 +119,10 @@ pub(super) fn keys_of(crs: Option<&Crs>, raster_type: u16) -> GeoKeys {
     let keys = GeoKeys::default().with_short(RASTER_TYPE, raster_type);
     match crs.kind {
         CrsKind::Projected { epsg, metres_per_unit } => {
-            let keys = keys.with_short(MODEL_TYPE, 1).with_short(PROJECTED_TYPE, epsg.unwrap_or(USER_DEFINED));
+            let mut keys = keys.with_short(MODEL_TYPE, 1).with_short(PROJECTED_TYPE, epsg.unwrap_or(USER_DEFINED));
+            if let Some(text) = crs.wkt.as_deref().filter(|text| text.is_ascii() && text.len() < CITED) {
+                keys = cited(&keys, &format!("{WKT_CITATION}{text}"));
+            }
             if metres_per_unit == 1.0 {
                 return keys.with_short(LINEAR_UNITS, METRE);
             }
@@ -127,13 +136,18 @@ pub(super) fn keys_of(crs: Option<&Crs>, raster_type: u16) -> GeoKeys {
             keys.with_short(ANGULAR_UNITS, 9102)
         }
         CrsKind::LocalMetres => {
-            let ascii = "local metres|";
-            let mut keys = keys.with_short(MODEL_TYPE, USER_DEFINED).with_short(CITATION, 0);
-            point_at(&mut keys, CITATION, 34737, ascii.len() as u16);
-            keys.ascii = ascii.into();
-            keys.with_short(LINEAR_UNITS, METRE)
+            cited(&keys.with_short(MODEL_TYPE, USER_DEFINED), "local metres").with_short(LINEAR_UNITS, METRE)
         }
     }
+}
+
+/// The same keys with a citation, in printable ASCII of at most [`CITED`] characters.
+fn cited(keys: &GeoKeys, citation: &str) -> GeoKeys {
+    let mut keys = keys.with_short(CITATION, 0);
+    keys.ascii = format!("{citation}|");
+    let count = keys.ascii.len() as u16;
+    point_at(&mut keys, CITATION, 34737, count);
+    keys
 }
 
 /// Makes `key` point at the first `count` values of the tag `location` instead of holding its value.

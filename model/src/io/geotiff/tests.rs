@@ -13,7 +13,7 @@ use tiff::tags::Tag;
 use super::super::error::{ReadError, ReadErrorKind};
 use super::super::sidecar::example;
 use super::{RasterType, read, read_from, write_f32, write_i16};
-use crate::grid::{Crs, CrsKind, GeoKeys, Grid};
+use crate::grid::{Crs, CrsKind, Grid};
 
 /// A little-endian TIFF under construction: (tag, type, values as bytes).
 #[derive(Clone)]
@@ -295,7 +295,7 @@ fn tags_that_we_write_are_those_of_the_standard() {
 fn written_grid_is_read_back_with_its_system() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.tif");
-    let feet = Crs { kind: CrsKind::Projected { epsg: None, metres_per_unit: 0.5 }, keys: GeoKeys::default() };
+    let feet = Crs::new(CrsKind::Projected { epsg: None, metres_per_unit: 0.5 });
     let systems =
         [Crs::projected(Some(32611)), Crs::geographic(Some(4326)), Crs::geographic(None), Crs::local_metres(), feet];
     for system in systems {

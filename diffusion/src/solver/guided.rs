@@ -1,0 +1,343 @@
+//! The guided field h of Hnaidi 2010 §5.2: elevations given at some nodes, slopes at others, diffusion between.
+//!
+//! A node with a slope takes the mixture α·F_L + β·F_G + (1−α−β)·F_I of the mean of its neighbours, of the elevation that the slope
+//! implies from the neighbour it comes from, and of a given elevation. For a unit direction n and the slope g along it, n·∇F = g read
+//! upwind says |n_x|·(F − F_x) + |n_y|·(F − F_y) = g·s, where F_x is the neighbour against n_x, F_y that against n_y, and s the spacing:
+//!
+//! > F_G = (|n_x|·F_x + |n_y|·F_y + g·s) / (|n_x| + |n_y|),
+//!
+//! which is exact on planes. As printed (equation 2) the weights are n_x² and n_y² and nothing is divided, so that along n the slope
+//! comes out as g / (|n_x|³ + |n_y|³): 41 % too steep at 45° (claims H1). That form is kept as [`Update::Printed`].
+
+use super::SolveError;
+use super::cycle::{Cycle, Smoother};
+use super::krylov::{Progress, Stop, bicgstab};
+use crate::plane::Plane;
+use crate::stencil::{SELF, STEPS, Stencil, index_of};
+
+/// What holds at a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Constraint {
+    /// Nothing: F is the mean of the neighbours that exist (α = 1).
+    #[default]
+    Free,
+    /// The elevation is given, metres (α = β = 0).
+    Elevation(f64),
+    /// The slope is given along a direction.
+    Slope(Slope),
+    /// The elevation is approached: α·mean + (1−α)·elevation, 0 < α < 1.
+    Near {
+        /// Metres.
+        elevation: f64,
+        /// α: 0 holds the elevation, 1 forgets it.
+        smoothing: f64,
+    },
+}
+
+/// A slope along a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slope {
+    /// n: east and north. Taken as it is: a diffused direction need not have unit length (claims H2), see [`Slope::along`].
+    pub direction: [f64; 2],
+    /// g: metres up for a metre along n; negative goes down.
+    pub rise: f64,
+    /// α of the mixture.
+    pub smoothing: f64,
+    /// β of the mixture, α + β ≤ 1; where it is less than 1 and no elevation is given, both are scaled to a sum of 1.
+    pub guidance: f64,
+}
+
+impl Slope {
+    /// α = β = ½ as in the paper, along a direction that is made a unit vector; `None` where it has no length to speak of, since then
+    /// no direction is given.
+    pub fn along(direction: [f64; 2], rise: f64) -> Option<Slope> {
+        let length = (direction[0] * direction[0] + direction[1] * direction[1]).sqrt();
+        let unit = direction.map(|component| component / length);
+        (length > 1e-6).then_some(Slope { direction: unit, rise, smoothing: 0.5, guidance: 0.5 })
+    }
+}
+
+/// How a slope is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Update {
+    /// Weights |n_x|, |n_y| over their sum: exact on planes.
+    #[default]
+    Corrected,
+    /// Weights n_x², n_y² as in equation 2.
+    Printed,
+}
+
+/// The equations of a raster: A·F = b.
+#[derive(Clone, Debug)]
+pub struct Guided {
+    /// A, with fixed nodes decoupled. Rows are scaled so that a free node's own coefficient is the number of its neighbours.
+    pub operator: Stencil<f64>,
+    /// b, metres.
+    pub right_hand_side: Plane<f64, 1>,
+}
+
+/// One node's equation F = Σ weight·F_neighbour + constant, weights by index of [`STEPS`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Row {
+    weights: [f64; 9],
+    constant: f64,
+}
+
+impl Row {
+    /// The right-hand side for the neighbours' values given by their steps: one Jacobi iteration.
+    pub(super) fn value(&self, at: impl Fn(isize, isize) -> f64) -> f64 {
+        let named = STEPS.into_iter().enumerate().filter(|&(k, _)| self.weights[k] != 0.0);
+        named.fold(self.constant, |total, (k, (x, y))| total + self.weights[k] * at(x, y))
+    }
+    pub(super) fn of(
+        constraint: Constraint,
+        update: Update,
+        spacing: f64,
+        exists: &impl Fn(isize, isize) -> bool,
+    ) -> Row {
+        let mut row = Row::default();
+        match constraint {
+            Constraint::Elevation(value) => row.constant = value,
+            Constraint::Free => row.mean(1.0, exists),
+            Constraint::Near { elevation, smoothing } => {
+                row.mean(smoothing, exists);
+                row.constant = (1.0 - smoothing) * elevation;
+            }
+            Constraint::Slope(slope) => {
+                let total = slope.smoothing + slope.guidance;
+                let (alpha, beta) = (slope.smoothing / total, slope.guidance / total);
+                let [x, y] = slope.direction;
+                // The neighbour against the direction; on the raster's border one may be missing.
+                let west_or_east = (if x > 0.0 { -1 } else { 1 }, 0);
+                let south_or_north = (0, if y > 0.0 { -1 } else { 1 });
+                let share = |component: f64, (dx, dy): (isize, isize)| match update {
+                    _ if !exists(dx, dy) => 0.0,
+                    Update::Corrected => component.abs(),
+                    Update::Printed => component * component,
+                };
+                let shares = [share(x, west_or_east), share(y, south_or_north)];
+                let divisor = match update {
+                    Update::Corrected => shares[0] + shares[1],
+                    Update::Printed => 1.0,
+                };
+                if shares == [0.0, 0.0] {
+                    row.mean(1.0, exists);
+                    return row;
+                }
+                row.mean(alpha, exists);
+                row.weights[index_of(west_or_east)] += beta * shares[0] / divisor;
+                row.weights[index_of(south_or_north)] += beta * shares[1] / divisor;
+                row.constant = beta * slope.rise * spacing / divisor;
+            }
+        }
+        row
+    }
+    /// Adds `share` times the mean of the neighbours that exist.
+    fn mean(&mut self, share: f64, exists: &impl Fn(isize, isize) -> bool) {
+        let beside = [(0, -1), (-1, 0), (1, 0), (0, 1)];
+        let count = beside.iter().filter(|&&(x, y)| exists(x, y)).count() as f64;
+        for (x, y) in beside.into_iter().filter(|&(x, y)| exists(x, y)) {
+            self.weights[index_of((x, y))] += share / count;
+        }
+    }
+}
+
+impl Guided {
+    /// The equations of `width × height` nodes, `spacing` metres apart.
+    ///
+    /// # Errors
+    /// [`SolveError::Unheld`] when no elevation is given anywhere; [`SolveError::Adrift`] when some nodes follow slopes around in
+    /// circles and never come to one, which has no solution or many (claims H3).
+    pub fn new(
+        width: usize,
+        height: usize,
+        spacing: f64,
+        update: Update,
+        constraint: impl Fn(usize, usize) -> Constraint + Sync,
+    ) -> Result<Guided, SolveError> {
+        let exists = |i: usize, j: usize| {
+            move |x: isize, y: isize| {
+                i.checked_add_signed(x).is_some_and(|i| i < width)
+                    && j.checked_add_signed(y).is_some_and(|j| j < height)
+            }
+        };
+        let row = |i: usize, j: usize| Row::of(constraint(i, j), update, spacing, &exists(i, j));
+        check_held(width, height, &row, &|i, j| {
+            matches!(constraint(i, j), Constraint::Elevation(_) | Constraint::Near { .. })
+        })?;
+        let fixed = |i: usize, j: usize| match constraint(i, j) {
+            Constraint::Elevation(value) => Some(value),
+            _ => None,
+        };
+        let mut right_hand_side = Plane::new(width, height);
+        right_hand_side.update(|j, line| {
+            for i in 0..width {
+                let row = row(i, j);
+                let mut total = row.constant;
+                for (k, (x, y)) in STEPS.into_iter().enumerate().filter(|&(k, _)| row.weights[k] != 0.0) {
+                    let place = (i.wrapping_add_signed(x), j.wrapping_add_signed(y));
+                    total += row.weights[k] * fixed(place.0, place.1).unwrap_or(0.0);
+                }
+                line[i + 1] = [total * scale(width, height, i, j, fixed(i, j).is_some())];
+            }
+        });
+        let operator = Stencil::new(width, height, |i, j| {
+            let mut coefficients = [0.0; 9];
+            coefficients[SELF] = 1.0;
+            if fixed(i, j).is_none() {
+                let row = row(i, j);
+                for (k, (x, y)) in STEPS.into_iter().enumerate().filter(|&(k, _)| row.weights[k] != 0.0) {
+                    if fixed(i.wrapping_add_signed(x), j.wrapping_add_signed(y)).is_none() {
+                        coefficients[k] -= row.weights[k];
+                    }
+                }
+            }
+            coefficients.map(|a| a * scale(width, height, i, j, fixed(i, j).is_some()))
+        });
+        Ok(Guided { operator, right_hand_side })
+    }
+
+    /// Solves from the first guess in `elevation`, metres.
+    ///
+    /// # Errors
+    /// [`SolveError::Singular`].
+    pub fn solve(&self, elevation: &mut Plane<f64, 1>, stop: Stop) -> Result<Progress<1>, SolveError> {
+        let mut cycle = Cycle::<1>::new(self.operator.convert(), Smoother::FourDirections)?;
+        Ok(bicgstab(&self.operator, &mut cycle, &self.right_hand_side, elevation, stop))
+    }
+}
+
+/// The factor of a row: the number of neighbours of a node that is solved for, as in the symmetric Laplace operator.
+fn scale(width: usize, height: usize, i: usize, j: usize, fixed: bool) -> f64 {
+    let inside = [i > 0, i + 1 < width, j > 0, j + 1 < height].into_iter().filter(|inside| *inside).count();
+    if fixed { 1.0 } else { inside as f64 }
+}
+
+/// Every node must come, along the neighbours that its equation names, to one that is held by an elevation: then the iteration matrix is
+/// weakly chained substochastic and the system is a non-singular M-matrix.
+fn check_held(
+    width: usize,
+    height: usize,
+    row: &impl Fn(usize, usize) -> Row,
+    held: &impl Fn(usize, usize) -> bool,
+) -> Result<(), SolveError> {
+    let mut seen: Vec<bool> = (0..width * height).map(|node| held(node % width, node / width)).collect();
+    let mut queue: Vec<usize> = (0..width * height).filter(|&node| seen[node]).collect();
+    if queue.is_empty() {
+        return Err(SolveError::Unheld);
+    }
+    while let Some(node) = queue.pop() {
+        let (i, j) = (node % width, node / width);
+        for (x, y) in STEPS {
+            let (Some(p), Some(q)) = (i.checked_add_signed(x), j.checked_add_signed(y)) else { continue };
+            // (p, q) is held by (i, j) if its equation names it.
+            if p < width && q < height && !seen[q * width + p] && row(p, q).weights[index_of((-x, -y))] != 0.0 {
+                seen[q * width + p] = true;
+                queue.push(q * width + p);
+            }
+        }
+    }
+    match seen.iter().position(|seen| !seen) {
+        None => Ok(()),
+        Some(node) => Err(SolveError::Adrift { column: node % width, row: node / width }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const N: usize = 65;
+
+    fn nodes() -> impl Iterator<Item = (usize, usize)> {
+        (0..N).flat_map(|j| (0..N).map(move |i| (i, j)))
+    }
+
+    /// Border values of a plane that rises by `rise` along n, slopes inside.
+    fn plane_problem(degrees: f64, rise: f64, update: Update) -> (Guided, impl Fn(usize, usize) -> f64) {
+        let radians = degrees.to_radians();
+        let n = [libm::cos(radians), libm::sin(radians)];
+        let plane = move |i: usize, j: usize| rise * (n[0] * i as f64 + n[1] * j as f64) * 2.0 + 50.0;
+        let border = |i: usize, j: usize| i == 0 || j == 0 || i == N - 1 || j == N - 1;
+        let constraint = |i: usize, j: usize| {
+            if border(i, j) {
+                Constraint::Elevation(plane(i, j))
+            } else {
+                Constraint::Slope(Slope::along(n, rise).unwrap())
+            }
+        };
+        (Guided::new(N, N, 2.0, update, constraint).unwrap(), plane)
+    }
+
+    #[test]
+    fn planes_of_any_direction_are_exact_and_not_as_printed() {
+        for degrees in [0.0, 15.0, 30.0, 45.0, 100.0, 200.0, 300.0] {
+            let error = |update| {
+                let (system, plane) = plane_problem(degrees, -0.5, update);
+                let mut x = Plane::new(N, N);
+                let stop = Stop { relative_residual: 1e-12, iterations: 60 };
+                assert!(system.solve(&mut x, stop).unwrap().converged);
+                nodes().map(|(i, j)| (x.at(i, j)[0] - plane(i, j)).abs()).fold(0.0, f64::max)
+            };
+            assert!(error(Update::Corrected) < 1e-7, "{degrees}°: {}", error(Update::Corrected));
+            // Along an axis the two are the same.
+            assert_eq!(error(Update::Printed) > 1.0, degrees != 0.0, "{degrees}°: {}", error(Update::Printed));
+        }
+    }
+
+    #[test]
+    fn solution_satisfies_every_equation_as_the_paper_states_it() {
+        let constraint = |i: usize, j: usize| match (i, j) {
+            (10..=50, 20) => Constraint::Elevation(100.0),
+            (10..=50, 14..=19) => Constraint::Slope(Slope::along([0.2, -1.0], -0.8).unwrap()),
+            (10..=50, 21..=30) => Constraint::Slope(Slope::along([-0.3, 1.0], -0.4).unwrap()),
+            (60, 60) => Constraint::Near { elevation: 10.0, smoothing: 0.25 },
+            (30, 50) => Constraint::Elevation(0.0),
+            _ => Constraint::Free,
+        };
+        for update in [Update::Corrected, Update::Printed] {
+            let system = Guided::new(N, N, 1.0, update, constraint).unwrap();
+            let mut x = Plane::new(N, N);
+            let progress = system.solve(&mut x, Stop { relative_residual: 1e-12, iterations: 60 }).unwrap();
+            assert!(progress.converged && progress.iterations() <= 25, "{:?}", progress.residuals);
+            let at = |i: usize, j: usize| x.at(i, j)[0];
+            let mean = |i: usize, j: usize| (at(i - 1, j) + at(i + 1, j) + at(i, j - 1) + at(i, j + 1)) / 4.0;
+            assert!((at(30, 20) - 100.0).abs() < 1e-6 && (at(5, 40) - mean(5, 40)).abs() < 1e-6);
+            assert!((at(60, 60) - (0.25 * mean(60, 60) + 7.5)).abs() < 1e-6);
+            let length = libm::sqrt(1.04);
+            let (nx, ny) = (0.2 / length, 1.0 / length);
+            let (fx, fy) = (at(29, 16), at(30, 17));
+            let expected = match update {
+                Update::Corrected => (nx * fx + ny * fy - 0.8) / (nx + ny),
+                Update::Printed => nx * nx * fx + ny * ny * fy - 0.8,
+            };
+            assert!((at(30, 16) - (mean(30, 16) + expected) / 2.0).abs() < 1e-6, "{update:?}");
+        }
+    }
+
+    #[test]
+    fn nothing_held_and_a_ring_of_slopes_are_refused() {
+        let crack = |_: usize, _: usize| Constraint::Slope(Slope::along([1.0, 0.0], 1.0).unwrap());
+        assert!(matches!(Guided::new(9, 9, 1.0, Update::Corrected, crack), Err(SolveError::Unheld)));
+        // Pure guidance along a closed ring: each node names the next one only.
+        let ring = |i: usize, j: usize| {
+            let [x, y] = match (i, j) {
+                (3, 3) => [-1.0, 0.0],
+                (4, 3) => [0.0, -1.0],
+                (4, 4) => [1.0, 0.0],
+                (3, 4) => [0.0, 1.0],
+                (0, 0) => return Constraint::Elevation(1.0),
+                _ => return Constraint::Free,
+            };
+            Constraint::Slope(Slope { direction: [x, y], rise: 1.0, smoothing: 0.0, guidance: 1.0 })
+        };
+        let refused = Guided::new(9, 9, 1.0, Update::Corrected, ring);
+        assert!(matches!(refused, Err(SolveError::Adrift { column: 3 | 4, row: 3 | 4 })), "{refused:?}");
+    }
+
+    #[test]
+    fn a_direction_without_length_is_none() {
+        assert_eq!(Slope::along([0.0, 0.0], 1.0), None);
+        assert_eq!(Slope::along([0.0, 3.0], 1.0).map(|slope| slope.direction), Some([0.0, 1.0]));
+    }
+}

@@ -1,0 +1,31 @@
+//! Solvers of the discrete fields.
+
+pub mod cascade;
+pub mod cycle;
+mod dense;
+pub mod guided;
+mod interpolation;
+pub mod krylov;
+pub mod laplace;
+
+/// A field could not be solved for.
+#[derive(Debug, thiserror::Error)]
+pub enum SolveError {
+    /// No node is held by a value.
+    #[error("no curve gives this field a value: nothing holds it; give one constraint point a value")]
+    Unheld,
+    /// Some nodes follow slopes around in circles.
+    #[error(
+        "the slopes around column {column}, row {row} lead in a circle and never to an elevation: give a curve there an elevation, \
+         or shorten its slopes"
+    )]
+    Adrift {
+        /// From the west.
+        column: usize,
+        /// From the south.
+        row: usize,
+    },
+    /// Some part of the field is held by no value.
+    #[error(transparent)]
+    Singular(#[from] cycle::Singular),
+}
