@@ -401,7 +401,8 @@ fn pictures(
 fn part_of_the_pixels(tracer: Tracer, surface: &Surface<'_>) -> Option<u32> {
     match (tracer, surface.global().slope) {
         (Tracer::Accelerated | Tracer::Segment, _) | (_, ..=GENTLE) => Some(1),
-        (Tracer::AcceleratedPaper, _) => Some(4),
+        (Tracer::AcceleratedPaper, ..=5000.0) => Some(4),
+        (Tracer::AcceleratedPaper, _) => Some(12),
         (Tracer::Sphere, ..=5000.0) => Some(12),
         (Tracer::Sphere, _) => None,
     }
