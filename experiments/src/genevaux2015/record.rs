@@ -182,10 +182,10 @@ mod tests {
     use crate::genevaux2015::scenes::table_scenes;
 
     #[test]
-    fn a_committed_record_is_of_its_scene_and_no_layer_or_second_camera_changes_that() {
-        for mut scene in table_scenes().unwrap().into_iter().filter(|scene| !scene.record.is_empty()) {
-            let record = Record::read(scene.record).unwrap();
-            assert!(record.is_of(&scene), "{}: {} is {}", scene.name, record.terrain, fingerprint(&scene));
+    fn no_layer_and_no_second_camera_changes_what_a_record_is_of() {
+        for mut scene in table_scenes().unwrap() {
+            // Whether a committed record is still of its scene is for `rays --check` to say.
+            let record = Record::empty(&scene, 1);
             scene.scene.layers.retain(|name, _| name == "bedrock");
             scene.scene.cameras.retain(|name, _| name == "main");
             assert!(record.is_of(&scene), "{}", scene.name);
@@ -193,6 +193,8 @@ mod tests {
             scene.scene.cameras.get_mut("main").unwrap().field_of_view *= 1.01;
             assert!(!record.is_of(&scene), "{}", scene.name);
         }
+        let scenes = table_scenes().unwrap();
+        assert!(!Record::empty(&scenes[0], 1).is_of(&scenes[1]));
     }
 
     #[test]
