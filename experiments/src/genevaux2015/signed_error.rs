@@ -2,10 +2,10 @@
 //! grazing ray stops early), within it, or beyond it, which is a miss.
 
 use rayon::prelude::*;
-use terrain_model::program::Program;
+use terrain_model::program::{Cells, Evidence};
 use terrain_model::trace::camera::Camera;
 use terrain_model::trace::certified::{Certified, CertifiedTracer, Effort};
-use terrain_model::trace::{Answer, HeightRay, RayFunction, Settings, Surface, Tracer};
+use terrain_model::trace::{Answer, HeightRay, Settings, Surface, Tracer};
 
 /// One pixel's answer against the proof.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +36,6 @@ fn agreement(answer: Answer, truth: Certified, bracket: f64) -> Agreement {
 
 /// The agreement of a tracer's picture, row by row from the top. τ is a thousandth of ε over the steepest ray.
 pub fn against_certified(
-    program: &Program,
     surface: &Surface<'_>,
     camera: &Camera,
     tracer: Tracer,
@@ -44,10 +43,11 @@ pub fn against_certified(
 ) -> Vec<Agreement> {
     let slope = surface.global().slope;
     let effort = Effort { bracket: 1e-3 * settings.epsilon / (1.0 + slope * slope).sqrt(), ..Effort::default() };
+    let cells = Cells::new(surface.program(), Evidence::Enclosures);
     let rows: Vec<Vec<Agreement>> = (0..camera.height())
         .into_par_iter()
         .map(|row| {
-            let mut oracle = CertifiedTracer::new(program);
+            let mut oracle = CertifiedTracer::over(&cells);
             let mut field = HeightRay::new(surface);
             let of_column = |column: usize| {
                 let ray = camera.ray(column as f64 + 0.5, row as f64 + 0.5);

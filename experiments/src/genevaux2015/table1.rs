@@ -3,6 +3,7 @@
 use super::rays::{Family, Tally, Trial, compare, compare_climbing, total};
 use super::record::Record;
 use super::scenes::{TableScene, table_scenes};
+use super::signed_error::{self, against_certified, largest_lead};
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::layers::Layers;
 use crate::report::{Cell, Compared, Comparison, Outcome, Picture, Table, Tolerance};
@@ -393,6 +394,18 @@ fn pictures(
     let colours: Vec<u8> = render(&view, &camera).iter().flat_map(|p| to_srgb8(p.colour)).collect();
     let image = ctx.write_png(name, width, height, &colours)?;
     outcome.picture(Picture::new(image, &format!("After {}", row.scene)).camera(format!("{name}, main")));
+    let (width, height): (u32, u32) = ctx.profile.pick((96, 54), (480, 270));
+    let camera = Camera::new(placement, width as usize, height as usize);
+    let agreement = against_certified(surface, &camera, Tracer::Segment, settings);
+    let lead = largest_lead(&agreement);
+    outcome.metric(&format!("{name}.segment.picture_max_early_metres"), lead)?;
+    let drawn =
+        ctx.write_png(&format!("{name}_signed_error"), width, height, &signed_error::colours(&agreement, lead))?;
+    let caption = format!(
+        "Segment tracer against the certified one: white within the certified bracket, blue up to {lead:.2} m before it (0 ≤ h < ε), \
+         red beyond it, grey nothing met, magenta missed, orange false, green undecided"
+    );
+    outcome.picture(Picture::new(drawn, &caption).camera(format!("{name}, main")));
     Ok(())
 }
 
