@@ -410,12 +410,11 @@ fn pictures(
 }
 
 /// The two tracers that are not ours may take thousands of evaluations a pixel: they are counted on every n-th pixel of every
-/// n-th row, n by the slope bound; `None` where that would still take days.
+/// n-th row, n by the slope bound for sphere tracing; `None` where that would still take days.
 fn part_of_the_pixels(tracer: Tracer, surface: &Surface<'_>) -> Option<u32> {
     match (tracer, surface.global().slope) {
-        (Tracer::Accelerated | Tracer::Segment, _) | (_, ..=GENTLE) => Some(1),
-        (Tracer::AcceleratedPaper, ..=5000.0) => Some(4),
-        (Tracer::AcceleratedPaper, _) => Some(12),
+        (Tracer::Accelerated | Tracer::Segment, _) | (Tracer::Sphere, ..=GENTLE) => Some(1),
+        (Tracer::AcceleratedPaper, _) => Some(6),
         (Tracer::Sphere, ..=5000.0) => Some(12),
         (Tracer::Sphere, _) => None,
     }
