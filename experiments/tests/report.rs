@@ -204,9 +204,10 @@ fn a_verdict_that_got_worse_is_named() {
     use Verdict::{NotReproduced, Partial, Reproduced, Skipped};
     assert!(recorded([Reproduced, Skipped, NotReproduced]).is_empty());
     assert!(recorded([Partial, Skipped, NotReproduced]).is_empty(), "better is no error");
+    // What this machine lacks is no step back: where it must not lack it, the experiment fails instead of skipping.
     let lines = recorded([Reproduced, Reproduced, Reproduced]);
-    assert_eq!(lines[0], "made-up/skips is skipped, recorded as reproduced: no adapter");
-    assert!(lines[1].starts_with("made-up/spoilt is not reproduced") && lines[1].contains("wrong bound"), "{lines:?}");
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    assert!(lines[0].starts_with("made-up/spoilt is not reproduced") && lines[0].contains("wrong bound"), "{lines:?}");
     assert!(regressions(&report, &BTreeMap::new()).is_empty());
 }
 

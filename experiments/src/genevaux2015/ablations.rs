@@ -276,7 +276,9 @@ mod tests {
                 (cost(&surface, &camera, tracer, &settings), cost(&plain, &camera, tracer, &settings));
             assert_eq!((with.hits, with.gave_up), (without.hits, without.gave_up), "{tracer:?}");
             assert_eq!(without.visits, without.evaluations * scene.program.code().len() as u64);
-            assert!(2 * with.visits < without.visits, "{tracer:?}: {with:?} {without:?}");
+            // δ as printed grows to spans that only large squares hold: they save less of them.
+            let least = if tracer == Tracer::AcceleratedPaper { 1.5 } else { 2.0 };
+            assert!(least * (with.visits as f64) < without.visits as f64, "{tracer:?}: {with:?} {without:?}");
         }
     }
 }
