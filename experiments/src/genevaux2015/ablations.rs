@@ -30,7 +30,7 @@ pub const EXPERIMENT: Experiment = Experiment {
 
 /// What a picture took, per pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Cost {
+pub(super) struct Cost {
     pixels: u64,
     hits: u64,
     gave_up: u64,
@@ -48,13 +48,17 @@ impl Cost {
             visits: self.visits + o.visits,
         }
     }
+    /// Nodes visited, a pixel.
+    pub(super) fn visits_per_pixel(&self) -> f64 {
+        self.per_pixel(self.visits)
+    }
     fn per_pixel(&self, count: u64) -> f64 {
         count as f64 / self.pixels.max(1) as f64
     }
 }
 
 /// Traces one ray a pixel, with the normal where the ground is hit.
-fn cost(surface: &Surface<'_>, camera: &Camera, tracer: Tracer, settings: &Settings) -> Cost {
+pub(super) fn cost(surface: &Surface<'_>, camera: &Camera, tracer: Tracer, settings: &Settings) -> Cost {
     let row = |row: usize| {
         let mut field = HeightRay::new(surface);
         let mut cost = Cost::default();

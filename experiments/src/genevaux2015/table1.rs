@@ -1,5 +1,6 @@
 //! Table 1: evaluations, times and sizes of the paper's scenes, and every tracer against the certified one.
 
+use super::ablations::cost;
 use super::rays::{Family, Tally, Trial, compare, compare_climbing, total};
 use super::record::Record;
 use super::scenes::{TableScene, table_scenes};
@@ -396,6 +397,19 @@ fn pictures(
     outcome.picture(Picture::new(image, &format!("After {}", row.scene)).camera(format!("{name}, main")));
     let (width, height): (u32, u32) = ctx.profile.pick((96, 54), (480, 270));
     let camera = Camera::new(placement, width as usize, height as usize);
+    for tracer in [Tracer::Accelerated, Tracer::Segment] {
+        let visits = cost(surface, &camera, tracer, settings).visits_per_pixel();
+        outcome.metric(&format!("{name}.{}.node_visits_per_pixel", tracer.name()), visits)?;
+        compared.push(Compared::new(
+            format!("{}, node visits per pixel beside the calls, {}", row.scene, tracer.name()),
+            "per pixel",
+            paper_calls,
+            visits,
+            Tolerance::shown_only(
+                "the paper counts calls; a call visits the nodes of the program pruned to where it asks",
+            ),
+        ));
+    }
     let agreement = against_certified(surface, &camera, Tracer::Segment, settings);
     let lead = largest_lead(&agreement);
     outcome.metric(&format!("{name}.segment.picture_max_early_metres"), lead)?;
