@@ -5,6 +5,8 @@
 //! Each has a control: the same computation on a perturbed formula, which must not succeed.
 
 mod arithmetic;
+mod authored;
+mod blends;
 mod falloff;
 mod family;
 mod hnaidi2010;
@@ -52,6 +54,7 @@ pub enum Kind {
 pub fn all() -> impl Iterator<Item = &'static Certificate> {
     [
         falloff::ALL,
+        blends::ALL,
         operators::ALL,
         noises::ALL,
         images::ALL,
