@@ -1,4 +1,5 @@
-//! How far every bound is from what it bounds: bound over certified supremum, node by node, against recorded ratios.
+//! How far every bound is from what it bounds: bound over the largest value reached, node by node, beside the certificate from above and
+//! against recorded ratios.
 
 mod nodes;
 
@@ -16,9 +17,10 @@ pub const EXPERIMENT: Experiment = Experiment {
     id: "genevaux2015/tightness",
     title: "Bounds against certified suprema",
     section: "§7.3",
-    about: "For every kind of node, a bound that the node gives over a whole region is divided by the supremum of what it bounds, \
-            which branch and bound over duals of intervals encloses without asking for bounds: a point where it is reached below, a \
-            certificate above. A ratio of 1 is sharp. A bound that gets looser than recorded fails; so does one that a point exceeds.",
+    about: "For every kind of node, a bound that the node gives over a whole region is divided by the largest value of what it bounds \
+            that was reached at a point: at most the supremum, so that no ratio is flattered. Branch and bound over duals of intervals \
+            finds it without asking for bounds, and encloses the supremum from above beside it; where its budget ends before the two \
+            meet, the gap is what is undecided. A ratio of 1 is sharp. A bound that gets looser than recorded fails; so does one that a point exceeds.",
     code: "experiments/src/genevaux2015/tightness.rs",
     test: "experiments/src/genevaux2015/tightness.rs::the_gate_fires_on_looser_bounds_and_on_wrong_ones",
     expected: |profile| Expected {
