@@ -102,9 +102,7 @@ impl<const K: usize> Meter<K> {
     fn finish(mut self, true_residual: &Plane<f64, K>) -> Progress<K> {
         self.residuals.pop();
         self.note(true_residual);
-        // What recursions lose to rounding is far below any tolerance that is met; a factor of 2 is not asked of them.
-        let met = |residual: f64| residual <= 2.0 * self.stop.relative_residual;
-        let converged = self.residuals[self.residuals.len() - 1].into_iter().all(met);
+        let converged = !self.active().contains(&true);
         Progress { residuals: self.residuals, converged }
     }
 }
