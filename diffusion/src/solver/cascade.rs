@@ -8,27 +8,16 @@
 use super::SolveError;
 use super::guided::{Constraint, Row, Slope, Update};
 use crate::curve::Curve;
+use crate::fields::{Fields, Report};
 use crate::raster::{Domain, Guide, Node, rasterise};
 use glam::DVec2;
 use rayon::prelude::*;
+use std::time::Instant;
 
 /// Cells along the shorter side of the coarsest raster, at least.
 const COARSEST: usize = 8;
 /// Iterations per raster above: 5(l − i).
 const ITERATIONS: usize = 5;
-
-/// What the cascade leaves on the finest raster, row by row from the south.
-#[derive(Clone, Debug)]
-pub struct Cascade {
-    /// h, metres.
-    pub elevation: Vec<f64>,
-    /// A (metres) and R.
-    pub noise: Vec<[f64; 2]>,
-    /// What guided h, where slopes are given.
-    pub gradient: Vec<Option<Guide>>,
-    /// Jacobi iterations on every raster, coarsest first.
-    pub iterations: Vec<usize>,
-}
 
 /// The rasters of the cascade, coarsest first; each has about half the cells of the next and the same corners.
 fn domains(finest: Domain) -> Vec<Domain> {
@@ -46,31 +35,60 @@ fn domains(finest: Domain) -> Vec<Domain> {
     domains
 }
 
-/// Runs the cascade.
+/// Runs the cascade; the reports say what it leaves of each equation.
 ///
 /// # Errors
 /// [`SolveError::Unheld`] when no curve gives an elevation on the finest raster.
-pub fn run(curves: &[Curve], domain: Domain, update: Update) -> Result<Cascade, SolveError> {
+pub fn run(curves: &[Curve], domain: Domain, update: Update) -> Result<Fields, SolveError> {
+    let start = Instant::now();
     let domains = domains(domain);
     let mut state: Option<(Domain, Level)> = None;
-    let mut iterations = Vec::new();
+    let mut iterations = 0;
+    let mut nodes = Vec::new();
     for (i, domain) in domains.iter().enumerate() {
-        let nodes = rasterise(curves, domain);
+        nodes = rasterise(curves, domain);
         let count = ITERATIONS * (domains.len() - i);
         let mut level = match &state {
             Some((below, values)) => values.raised(below, domain),
             None => Level::first(&nodes),
         };
         level.iterate(&nodes, domain, update, count);
-        iterations.push(count);
+        iterations += count;
         state = Some((*domain, level));
     }
-    let (nodes, Some((_, level))) = (rasterise(curves, &domain), state) else { return Err(SolveError::Unheld) };
-    if !nodes.iter().any(|node| node.elevations > 0) {
-        return Err(SolveError::Unheld);
-    }
+    let seconds = start.elapsed().as_secs_f64();
+    let held = nodes.iter().any(|node| node.elevations > 0);
+    let Some((_, level)) = state.filter(|_| held) else { return Err(SolveError::Unheld) };
+    let report =
+        |field, relative_residual| Report { field, iterations, relative_residual, converged: false, seconds: 0.0 };
+    let reports = vec![
+        report("amplitude, roughness", laplace_residual(&level.noise, &nodes, &domain, given_noise)),
+        report("gradient: norm, direction", laplace_residual(&level.gradient, &nodes, &domain, given_gradient)),
+        Report { seconds, ..report("elevation", level.elevation_residual(&nodes, &domain, update)) },
+    ];
     let gradient = nodes.iter().zip(&level.gradient).map(|(node, value)| guide(node, value)).collect();
-    Ok(Cascade { elevation: level.elevation, noise: level.noise, gradient, iterations })
+    let [amplitude, roughness] = [0, 1].map(|k| level.noise.iter().map(|pair| pair[k]).collect());
+    Ok(Fields { domain, elevation: level.elevation, amplitude, roughness, gradient, reports })
+}
+
+/// The largest ‖F − J(F)‖ / ‖J(0)‖ over the K fields, J one Jacobi iteration: the relative residual of equations scaled to a diagonal
+/// of 1. 0 where nothing is given.
+fn laplace_residual<const K: usize>(
+    values: &[[f64; K]],
+    nodes: &[Node],
+    domain: &Domain,
+    given: impl Fn(&Node) -> Option<[f64; K]> + Sync + Copy,
+) -> f64 {
+    let next = laplace_step(values, nodes, domain, given);
+    let constant = laplace_step(&vec![[0.0; K]; values.len()], nodes, domain, given);
+    (0..K).map(|k| relative(|n| values[n][k] - next[n][k], |n| constant[n][k], values.len())).fold(0.0, f64::max)
+}
+
+/// ‖r‖ / ‖b‖ over n entries; 0 where b is 0.
+fn relative(r: impl Fn(usize) -> f64, b: impl Fn(usize) -> f64, n: usize) -> f64 {
+    let norm = |entry: &dyn Fn(usize) -> f64| (0..n).map(|k| entry(k) * entry(k)).sum::<f64>().sqrt();
+    let scale = norm(&b);
+    if scale > 0.0 { norm(&r) / scale } else { 0.0 }
 }
 
 /// The values of one raster.
@@ -127,6 +145,20 @@ impl Level {
         for _ in 0..count {
             self.noise = laplace_step(&self.noise, nodes, domain, given_noise);
         }
+        let rows = self.elevation_rows(nodes, domain, update);
+        for _ in 0..count {
+            self.elevation = elevation_step(&self.elevation, &rows, domain);
+        }
+    }
+    /// ‖F − J(F)‖ / ‖J(0)‖.
+    fn elevation_residual(&self, nodes: &[Node], domain: &Domain, update: Update) -> f64 {
+        let rows = self.elevation_rows(nodes, domain, update);
+        let next = elevation_step(&self.elevation, &rows, domain);
+        let constant = elevation_step(&vec![0.0; next.len()], &rows, domain);
+        relative(|n| self.elevation[n] - next[n], |n| constant[n], next.len())
+    }
+    /// The equation of each node, guided by the gradient as it is.
+    fn elevation_rows(&self, nodes: &[Node], domain: &Domain, update: Update) -> Vec<Row> {
         let constraint = |i: usize, j: usize| {
             let node = &nodes[j * domain.width + i];
             match guide(node, &self.gradient[j * domain.width + i]) {
@@ -144,19 +176,17 @@ impl Level {
                 }
             }
         };
-        let rows: Vec<Row> = places(domain)
+        places(domain)
             .into_par_iter()
             .map(|(i, j)| Row::of(constraint(i, j), update, domain.spacing, &|x, y| inside(domain, i, j, x, y)))
-            .collect();
-        for _ in 0..count {
-            let old = &self.elevation;
-            self.elevation = rows
-                .par_iter()
-                .enumerate()
-                .map(|(k, row)| row.value(|x, y| old[k.wrapping_add_signed(y * domain.width as isize + x)]))
-                .collect();
-        }
+            .collect()
     }
+}
+
+/// One Jacobi iteration of the guided field.
+fn elevation_step(old: &[f64], rows: &[Row], domain: &Domain) -> Vec<f64> {
+    let value = |(k, row): (usize, &Row)| row.value(|x, y| old[k.wrapping_add_signed(y * domain.width as isize + x)]);
+    rows.par_iter().enumerate().map(value).collect()
 }
 
 fn places(domain: &Domain) -> Vec<(usize, usize)> {
@@ -258,7 +288,8 @@ mod tests {
         ];
         let domain = Domain::square(100.0, 257);
         let cascade = run(&curves, domain, Update::Printed).unwrap();
-        assert_eq!(cascade.iterations, [30, 25, 20, 15, 10, 5]);
+        assert!(cascade.reports.iter().all(|report| report.iterations == 30 + 25 + 20 + 15 + 10 + 5));
+        assert!(cascade.reports[2].relative_residual > 1e-4);
         let fields = diffuse(&curves, domain, &Settings::default()).unwrap();
         let differences = cascade.elevation.iter().zip(&fields.elevation).map(|(a, b)| (a - b).abs());
         let worst = differences.fold(0.0, f64::max);
