@@ -6,10 +6,9 @@
 use crate::curve::Curve;
 use crate::plane::Plane;
 use crate::raster::{Domain, Guide, Node, rasterise};
-use crate::solver::guided::{Constraint, Guided, Slope, Update};
+use crate::solver::guided::{self, Constraint, Slope, Update};
 use crate::solver::krylov::Stop;
-use crate::solver::laplace::{Laplace, diffuse as diffuse_laplace};
-use crate::solver::{SolveError, cascade};
+use crate::solver::{SolveError, cascade, laplace};
 use glam::DVec2;
 use std::time::Instant;
 
@@ -110,7 +109,7 @@ pub fn diffuse(curves: &[Curve], domain: Domain, settings: &Settings) -> Result<
 }
 
 /// Solves ΔF = 0 for K fields with the values that `given` has.
-fn laplace<const K: usize>(
+fn diffuse_laplace<const K: usize>(
     field: &'static str,
     nodes: &[Node],
     domain: &Domain,
@@ -120,10 +119,14 @@ fn laplace<const K: usize>(
 ) -> Result<Plane<f64, K>, SolveError> {
     let start = Instant::now();
     let at = |i: usize, j: usize| given(&nodes[j * domain.width + i]);
-    let operator = Laplace::new(domain.width, domain.height, |i, j| at(i, j).is_some());
+    let equations = laplace::equations(domain.width, domain.height, |i, j| at(i, j).is_some());
     let mut values = Plane::new(domain.width, domain.height);
-    values.update(|j, row| (0..domain.width).for_each(|i| row[i + 1] = at(i, j).unwrap_or([0.0; K])));
-    let progress = diffuse_laplace(&operator, &mut values, stop)?;
+    values.update(|j, rows: [&mut [f64]; K], _| {
+        for (i, given) in (0..domain.width).filter_map(|i| Some((i, at(i, j)?))) {
+            (0..K).for_each(|k| rows[k][i + 1] = given[k]);
+        }
+    });
+    let progress = laplace::diffuse(&equations, &mut values, stop)?;
     reports.push(Report {
         field,
         iterations: progress.iterations(),
@@ -144,8 +147,8 @@ fn noise(
     if !nodes.iter().any(|node| given(node).is_some()) {
         return Ok([vec![0.0; nodes.len()], vec![0.0; nodes.len()]]);
     }
-    let values = laplace("amplitude, roughness", nodes, domain, settings.stop, reports, given)?;
-    Ok([0, 1].map(|k| values.iter().map(|pair| pair[k]).collect()))
+    let values = diffuse_laplace("amplitude, roughness", nodes, domain, settings.stop, reports, given)?;
+    Ok([0, 1].map(|k| values.field(k)))
 }
 
 fn gradient(
@@ -163,10 +166,13 @@ fn gradient(
     if !guides || !(settings.whole_gradient || nodes.iter().any(conflict)) {
         return Ok(nodes.iter().map(|node| (node.guides == 1).then_some(node.guide)).collect());
     }
-    let values = laplace("gradient: norm, direction", nodes, domain, settings.stop, reports, given)?;
-    let diffused = |&[rise, x, y]: &[f64; 3]| Guide { direction: DVec2::new(x, y), rise };
+    let values = diffuse_laplace("gradient: norm, direction", nodes, domain, settings.stop, reports, given)?;
+    let diffused = |k: usize| {
+        let [rise, x, y] = values.at(k % domain.width, k / domain.width);
+        Guide { direction: DVec2::new(x, y), rise }
+    };
     let wanted = |node: &Node| node.guides > 0 || settings.whole_gradient;
-    Ok(nodes.iter().zip(values.iter()).map(|(node, value)| wanted(node).then(|| diffused(value))).collect())
+    Ok(nodes.iter().enumerate().map(|(k, node)| wanted(node).then(|| diffused(k))).collect())
 }
 
 fn elevation(
@@ -193,14 +199,14 @@ fn elevation(
     let guided = (0..nodes.len()).any(|k| matches!(constraint(k), Constraint::Slope(_) | Constraint::Near { .. }));
     if !guided {
         let given = |node: &Node| (node.elevations > 0).then_some([node.elevation]);
-        let values = laplace("elevation", nodes, domain, settings.stop, reports, given)?;
-        return Ok(values.iter().map(|[value]| *value).collect());
+        let values = diffuse_laplace("elevation", nodes, domain, settings.stop, reports, given)?;
+        return Ok(values.field(0));
     }
     let start = Instant::now();
     let at = |i: usize, j: usize| constraint(j * domain.width + i);
-    let system = Guided::new(domain.width, domain.height, domain.spacing, settings.solver.update(), at)?;
     let mut values = Plane::new(domain.width, domain.height);
-    let progress = system.solve(&mut values, settings.stop)?;
+    let equations = guided::equations(domain.spacing, settings.solver.update(), at, &mut values)?;
+    let progress = guided::solve(&equations, &mut values, settings.stop)?;
     reports.push(Report {
         field: "elevation",
         iterations: progress.iterations(),
@@ -208,7 +214,7 @@ fn elevation(
         converged: progress.converged,
         seconds: start.elapsed().as_secs_f64(),
     });
-    Ok(values.iter().map(|[value]| *value).collect())
+    Ok(values.field(0))
 }
 
 #[cfg(test)]

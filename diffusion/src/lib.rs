@@ -5,4 +5,3 @@ pub mod fields;
 pub mod plane;
 pub mod raster;
 pub mod solver;
-pub mod stencil;

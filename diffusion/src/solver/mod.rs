@@ -3,10 +3,13 @@
 pub mod cascade;
 pub mod cycle;
 mod dense;
+pub mod equations;
 pub mod guided;
 mod interpolation;
 pub mod krylov;
 pub mod laplace;
+mod rows;
+mod stencil;
 
 /// A field could not be solved for.
 #[derive(Debug, thiserror::Error)]
