@@ -7,6 +7,7 @@ use crate::curve::Curve;
 use crate::plane::Plane;
 use crate::raster::{Domain, Guide, Node, rasterise};
 use crate::solver::guided::{self, Constraint, Slope, Update};
+use crate::solver::held::{self, Ground};
 use crate::solver::krylov::Stop;
 use crate::solver::{SolveError, cascade, laplace};
 use glam::DVec2;
@@ -203,7 +204,20 @@ fn elevation(
         return Ok(values.field(0));
     }
     let start = Instant::now();
-    let at = |i: usize, j: usize| constraint(j * domain.width + i);
+    let mut adrift = vec![false; nodes.len()];
+    let ground = |k: usize| match constraint(k) {
+        Constraint::Free => Ground::Free,
+        Constraint::Slope(slope) => Ground::Follows(slope),
+        _ => Ground::Given,
+    };
+    for node in held::adrift(domain.width, domain.height, ground) {
+        adrift[node] = true;
+    }
+    println!("adrift {} {:.3}", adrift.iter().filter(|a| **a).count(), start.elapsed().as_secs_f64());
+    let at = |i: usize, j: usize| {
+        let node = j * domain.width + i;
+        if adrift[node] { Constraint::Free } else { constraint(node) }
+    };
     let mut values = Plane::new(domain.width, domain.height);
     let equations = guided::equations(domain.spacing, settings.solver.update(), at, &mut values)?;
     let progress = guided::solve(&equations, &mut values, settings.stop)?;

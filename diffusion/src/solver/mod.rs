@@ -5,6 +5,7 @@ pub mod cycle;
 mod dense;
 pub mod equations;
 pub mod guided;
+pub mod held;
 mod interpolation;
 pub mod krylov;
 pub mod laplace;
