@@ -49,6 +49,12 @@ impl Float for f64 {
     }
 }
 
+/// Runs a loop in the widest vectors that the processor has; the same operations in the same order, so the same bits.
+#[inline(always)]
+pub(crate) fn wide<R>(op: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(op)
+}
+
 /// See the module. Node (i, j) is the i-th from the west in the j-th row from the south.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane<T, const K: usize> {
@@ -158,7 +164,10 @@ impl<T: Float, const K: usize> Plane<T, K> {
     pub fn assign<U: Float>(&mut self, from: &Plane<U, K>) {
         self.update(|j, fields, _| {
             for (k, to) in fields.into_iter().enumerate() {
-                to.iter_mut().zip(from.row(j as isize, k)).for_each(|(to, from)| *to = T::of(from.wide()));
+                wide(
+                    #[inline(always)]
+                    || to.iter_mut().zip(from.row(j as isize, k)).for_each(|(to, from)| *to = T::of(from.wide())),
+                );
             }
         });
     }
@@ -166,7 +175,14 @@ impl<T: Float, const K: usize> Plane<T, K> {
     pub fn dot(&self, other: &Plane<T, K>) -> [f64; K] {
         let rows: Vec<[f64; K]> = (0..self.height as isize)
             .into_par_iter()
-            .map(|j| std::array::from_fn(|k| dot(self.row(j, k), other.row(j, k))))
+            .map(|j| {
+                std::array::from_fn(|k| {
+                    wide(
+                        #[inline(always)]
+                        || dot(self.row(j, k), other.row(j, k)),
+                    )
+                })
+            })
             .collect();
         sum(&rows)
     }
@@ -178,6 +194,7 @@ pub fn sum<const K: usize>(rows: &[[f64; K]]) -> [f64; K] {
 }
 
 /// The inner product of two rows, in eight sums so that lanes can share them out.
+#[inline(always)]
 pub fn dot<T: Float>(a: &[T], b: &[T]) -> f64 {
     let mut sums = [0.0; 8];
     let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));

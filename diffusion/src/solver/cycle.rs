@@ -6,7 +6,7 @@ use super::equations::Equations;
 use super::interpolation::Interpolation;
 use super::rows::Rows;
 use super::stencil::Stencil;
-use crate::plane::Plane;
+use crate::plane::{Plane, wide};
 
 /// How a level is relaxed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,14 +51,20 @@ impl<const K: usize> Level<K> {
         let (width, b) = (operator.width(), &self.b);
         self.x.update_parity(odd, |j, fields, beside, product| {
             product.resize(width, 0.0);
-            let inverse = operator.inverse(j);
+            let (inverse, product) = (&operator.inverse(j)[..width], &mut product[..width]);
             for (k, row) in fields.into_iter().enumerate() {
                 operator.product(j, [beside.south(k), &*row, beside.north(k)], product);
-                let b = &b.row(j as isize, k)[1..];
-                let nodes = row[1..=width].iter_mut().zip(b).zip(&*product).zip(inverse);
-                for (((x, b), product), inverse) in nodes.skip(first).step_by(2) {
-                    *x += (b - product) * inverse;
-                }
+                let (x, b) = (&mut row[1..=width], &b.row(j as isize, k)[1..=width]);
+                wide(
+                    #[inline(always)]
+                    || {
+                        // All are computed and every other one is kept: that is wider than picking them out.
+                        for i in 0..width {
+                            let change = (b[i] - product[i]) * inverse[i];
+                            x[i] += if i & 1 == first { change } else { 0.0 };
+                        }
+                    },
+                );
             }
         });
     }
@@ -71,7 +77,14 @@ impl<const K: usize> Level<K> {
                 row.fill(0.0);
                 if j % 2 == 0 {
                     let nodes = row[1..].iter_mut().zip(&b.row(j as isize, k)[1..]).zip(inverse);
-                    nodes.step_by(2).for_each(|((x, b), inverse)| *x = b * inverse);
+                    wide(
+                        #[inline(always)]
+                        || {
+                            nodes
+                                .enumerate()
+                                .for_each(|(i, ((x, b), inverse))| *x = if i & 1 == 0 { b * inverse } else { 0.0 })
+                        },
+                    );
                 }
             }
         });
@@ -114,7 +127,10 @@ impl<const K: usize> Level<K> {
             for (k, row) in fields.into_iter().enumerate() {
                 let row = &mut row[1..=width];
                 operator.product(j, x.beside(j, k), row);
-                row.iter_mut().zip(&b.row(j as isize, k)[1..]).for_each(|(rest, b)| *rest = b - *rest);
+                wide(
+                    #[inline(always)]
+                    || row.iter_mut().zip(&b.row(j as isize, k)[1..]).for_each(|(rest, b)| *rest = b - *rest),
+                );
             }
         });
         interpolation.iter().for_each(|interpolation| interpolation.restrict(rest, coarse));

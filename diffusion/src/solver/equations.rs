@@ -6,7 +6,7 @@
 //! weight 1 for each of the four neighbours that exist, which makes the raster's border a natural one (no flow across it).
 
 use super::rows::{Rows, SELF, STEPS, index_of};
-use crate::plane::{Float, Plane, sum};
+use crate::plane::{Float, Plane, dot, sum, wide};
 use rayon::prelude::*;
 
 const BESIDE: [(isize, isize); 4] = [(0, -1), (-1, 0), (1, 0), (0, 1)];
@@ -40,14 +40,21 @@ impl Other {
     fn own(&self) -> f32 {
         self.weights.iter().sum()
     }
-    /// Σ w·(F − F_neighbour) + d·F at padded column `i`.
-    fn product<T: Float>(&self, i: usize, beside: [&[T]; 3]) -> T {
-        let own = beside[1][i + 1];
-        let mut total = T::of_single(self.weights[SELF]) * own;
-        for k in (0..9).filter(|k| *k != SELF) {
-            total += T::of_single(self.weights[k]) * (own - beside[k / 3][i + k % 3]);
+    /// Σ w·(F − F_neighbour) + d·F at padded column `i`; `across`: whether weights across corners count.
+    #[inline(always)]
+    fn product<T: Float>(&self, i: usize, beside: [&[T]; 3], across: bool) -> T {
+        let [south, own, north]: [[T; 3]; 3] = beside.map(|row| [row[i], row[i + 1], row[i + 2]]);
+        let value = own[1];
+        let w = self.weights.map(T::of_single);
+        let sides = (w[3] * (value - own[0]) + w[5] * (value - own[2]))
+            + (w[1] * (value - south[1]) + w[7] * (value - north[1]));
+        let total = sides + w[SELF] * value;
+        if !across {
+            return total;
         }
-        total
+        let corners = (w[0] * (value - south[0]) + w[2] * (value - south[2]))
+            + (w[6] * (value - north[0]) + w[8] * (value - north[2]));
+        total + corners
     }
 }
 
@@ -60,13 +67,15 @@ pub struct Equations {
     inverse: Vec<f32>,
     /// The nodes that are not plain, by row.
     others: Vec<Vec<(u32, Other)>>,
+    /// Whether any of them has weights across corners.
+    across: bool,
 }
 
 impl Equations {
     /// The equations of `width × height` nodes, row by row: `fill(j, equations of the row, all Laplace)`.
     pub fn new(width: usize, height: usize, fill: impl Fn(usize, &mut [Equation]) + Sync) -> Equations {
         let mut inverse = vec![0.0; width * height];
-        let others = inverse
+        let others: Vec<Vec<(u32, Other)>> = inverse
             .par_chunks_mut(width)
             .enumerate()
             .map_init(Vec::new, |row, (j, inverse)| {
@@ -90,7 +99,9 @@ impl Equations {
                 others
             })
             .collect();
-        Equations { width, height, inverse, others }
+        let corner = |(_, other): &(u32, Other)| [0, 2, 6, 8].iter().any(|&k| other.weights[k] != 0.0);
+        let across = others.par_iter().any(|row| row.iter().any(corner));
+        Equations { width, height, inverse, others, across }
     }
     /// Whether the value of a node is given.
     pub fn is_given(&self, i: usize, j: usize) -> bool {
@@ -115,10 +126,13 @@ impl Equations {
                 for (i, other) in &self.others[j] {
                     product[*i as usize] -= other.constant;
                 }
-                for (to, product) in row[1..].iter_mut().zip(&product) {
-                    *to = -product as f32;
-                }
-                squares[k] = crate::plane::dot(&product, &product);
+                squares[k] = wide(
+                    #[inline(always)]
+                    || {
+                        row[1..].iter_mut().zip(&product).for_each(|(to, product)| *to = -product as f32);
+                        dot(&product, &product)
+                    },
+                );
             }
             squares
         });
@@ -140,11 +154,35 @@ impl Equations {
                     self.product(j, std::array::from_fn(|k| &rows[k][..]), &mut known);
                     self.others[j].iter().for_each(|(i, other)| known[*i as usize] -= other.constant);
                     let given = &rows[1][1..=self.width];
-                    crate::plane::dot(&known, &known) + crate::plane::dot(given, given)
+                    dot(&known, &known) + dot(given, given)
                 })
             })
             .collect();
         sum(&rows)
+    }
+    /// A·x on row `j` as if all nodes were plain or given.
+    #[inline(always)]
+    fn plain<T: Float>(&self, j: usize, beside: [&[T]; 3], out: &mut [T]) {
+        let n = self.width;
+        // Where a neighbour is missing the node itself stands in: the difference is 0.
+        let south = if j > 0 { beside[0] } else { beside[1] };
+        let north = if j + 1 < self.height { beside[2] } else { beside[1] };
+        let [x, west, east, south, north] =
+            [&beside[1][1..], beside[1], &beside[1][2..], &south[1..], &north[1..]].map(|row| &row[..n]);
+        let (inverse, out) = (self.inverse(j), &mut out[..n]);
+        let zero = T::default();
+        for i in 0..n {
+            let sum = ((x[i] - west[i]) + (x[i] - east[i])) + ((x[i] - south[i]) + (x[i] - north[i]));
+            out[i] = if inverse[i] == 0.0 { zero } else { sum };
+        }
+        let vertical = |i: usize| (x[i] - south[i]) + (x[i] - north[i]);
+        let only = |i: usize, sum: T| if inverse[i] == 0.0 { zero } else { sum };
+        if n == 1 {
+            out[0] = only(0, vertical(0));
+        } else if n > 1 {
+            out[0] = only(0, (x[0] - east[0]) + vertical(0));
+            out[n - 1] = only(n - 1, (x[n - 1] - west[n - 1]) + vertical(n - 1));
+        }
     }
     /// The first node, by row and column, that no given value reaches along the neighbours that equations name; values are also held
     /// at nodes of which `held` says so.
@@ -195,33 +233,18 @@ impl Rows for Equations {
     }
     fn product<T: Float>(&self, j: usize, beside: [&[T]; 3], out: &mut [T]) {
         let n = self.width;
-        // Where a neighbour is missing the node itself stands in: the difference is 0.
-        let south = if j > 0 { beside[0] } else { beside[1] };
-        let north = if j + 1 < self.height { beside[2] } else { beside[1] };
-        let [x, west, east, south, north] =
-            [&beside[1][1..], beside[1], &beside[1][2..], &south[1..], &north[1..]].map(|row| &row[..n]);
-        let (inverse, out) = (self.inverse(j), &mut out[..n]);
-        let zero = T::default();
-        for i in 0..n {
-            let sum = ((x[i] - west[i]) + (x[i] - east[i])) + ((x[i] - south[i]) + (x[i] - north[i]));
-            out[i] = if inverse[i] == 0.0 { zero } else { sum };
-        }
-        let vertical = |i: usize| (x[i] - south[i]) + (x[i] - north[i]);
-        let only = |i: usize, sum: T| if inverse[i] == 0.0 { zero } else { sum };
-        if n == 1 {
-            out[0] = only(0, vertical(0));
-        } else if n > 1 {
-            out[0] = only(0, (x[0] - east[0]) + vertical(0));
-            out[n - 1] = only(n - 1, (x[n - 1] - west[n - 1]) + vertical(n - 1));
-        }
+        wide(
+            #[inline(always)]
+            || self.plain(j, beside, &mut out[..n]),
+        );
         for (i, other) in &self.others[j] {
-            out[*i as usize] = other.product(*i as usize, beside);
+            out[*i as usize] = other.product(*i as usize, beside, self.across);
         }
     }
     fn sweep(&self, j: usize, from_east: bool, b: &[f32], [south, north]: [&[f32]; 2], row: &mut [f32]) {
         let mut relax = |(i, other): &(u32, Other)| {
             let i = *i as usize;
-            let product = other.product(i, [south, &*row, north]);
+            let product = other.product(i, [south, &*row, north], self.across);
             row[i + 1] += (b[i + 1] - product) * self.inverse[j * self.width + i];
         };
         let others = self.others[j].iter();

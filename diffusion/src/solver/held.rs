@@ -35,6 +35,8 @@ pub fn adrift(width: usize, height: usize, ground: impl Fn(usize) -> Ground) -> 
     if slopes.is_empty() {
         return Vec::new();
     }
+    let starts = |row: usize| slopes.partition_point(|(node, _)| *node < row * width);
+    let rows: Vec<std::ops::Range<usize>> = (0..height).map(|row| starts(row)..starts(row + 1)).collect();
     // The chance to end somewhere that is held; of what is held it is 1.
     let mut chance = vec![0.0f32; n];
     let mut follows = vec![false; n];
@@ -57,18 +59,21 @@ pub fn adrift(width: usize, height: usize, ground: impl Fn(usize) -> Ground) -> 
                 }
             }
         }
-        for round in 0..4 * ROUNDS {
-            let mut sweep = |from: &mut dyn Iterator<Item = &(usize, Slope)>| {
-                for &(node, slope) in from {
+        for _ in 0..ROUNDS {
+            for (from_north, from_east) in [(false, false), (true, true), (false, true), (true, false)] {
+                let mut follow = |&(node, slope): &(usize, Slope)| {
                     let [x, y] = upstream(node, slope, width, height);
                     let [p, q] = slope.direction.map(|component| component.abs() as f32);
                     let (p, q) = (if x.is_some() { p } else { 0.0 }, if y.is_some() { q } else { 0.0 });
                     let at = |place: Option<usize>| place.map_or(0.0, |place| chance[place]);
                     let found = if p + q > 0.0 { (p * at(x) + q * at(y)) / (p + q) } else { 1.0 };
                     chance[node] = chance[node].max(found);
+                };
+                for row in 0..rows.len() {
+                    let row = &slopes[rows[if from_north { rows.len() - 1 - row } else { row }].clone()];
+                    if from_east { row.iter().rev().for_each(&mut follow) } else { row.iter().for_each(&mut follow) }
                 }
-            };
-            if round % 2 == 0 { sweep(&mut slopes.iter()) } else { sweep(&mut slopes.iter().rev()) }
+            }
         }
         // Free ground beside slopes that lead from somewhere is held by them.
         for &(node, _) in slopes.iter().filter(|(node, _)| chance[*node] >= 0.5) {

@@ -7,7 +7,7 @@
 
 use super::rows::{Rows, SELF, STEPS, index_of};
 use super::stencil::Stencil;
-use crate::plane::Plane;
+use crate::plane::{Plane, wide};
 use rayon::prelude::*;
 
 /// The weights with which the fine nodes (2I+1, 2J), (2I, 2J+1), (2I+1, 2J+1) take the coarse nodes around them, eight
@@ -194,55 +194,73 @@ impl Interpolation {
     pub(super) fn restrict<const K: usize>(&self, fine: &Plane<f32, K>, coarse: &mut Plane<f32, K>) {
         let n = self.coarse_width;
         coarse.update(|cj, fields, _| {
-            let [west, east, south]: [&[f32]; 3] = std::array::from_fn(|k| self.line(cj, k));
-            let middle: [&[f32]; MIDDLES] = std::array::from_fn(|k| self.between_lines(cj, k));
             for (k, to) in fields.into_iter().enumerate() {
-                let f = fine.row(2 * cj as isize, k);
-                // Padded: fine column i at i + 1. An even number of columns or rows ends on one that no coarse node follows.
-                let up = (2 * cj + 1 < self.height).then(|| fine.row(2 * cj as isize + 1, k));
-                let at = |row: &[f32], i: usize| if i < row.len() { row[i] } else { 0.0 };
-                for i in 0..n {
-                    to[i + 1] = f[2 * i + 1] + west[i] * at(f, 2 * i + 2);
-                }
-                (1..n).for_each(|i| to[i + 1] += east[i - 1] * f[2 * i]);
-                if let Some(up) = up {
-                    for i in 0..n {
-                        to[i + 1] += south[i] * up[2 * i + 1] + middle[0][i] * at(up, 2 * i + 2);
-                    }
-                    (1..n).for_each(|i| to[i + 1] += middle[1][i - 1] * up[2 * i]);
-                }
-                if cj > 0 {
-                    let down = fine.row(2 * cj as isize - 1, k);
-                    let (north, middle) = (self.line(cj - 1, 3), [2, 3].map(|k| self.between_lines(cj - 1, k)));
-                    for i in 0..n {
-                        to[i + 1] += north[i] * down[2 * i + 1] + middle[0][i] * at(down, 2 * i + 2);
-                    }
-                    (1..n).for_each(|i| to[i + 1] += middle[1][i - 1] * down[2 * i]);
-                }
+                let to = &mut to[1..=n];
+                // Past the end of an odd width stands the border's 0.
+                let row = |j: usize| &fine.row(j as isize, k)[1..=2 * n];
+                wide(
+                    #[inline(always)]
+                    || {
+                        to.iter_mut().zip(row(2 * cj).chunks_exact(2)).for_each(|(to, pair)| *to = pair[0]);
+                        gather(to, row(2 * cj), None, [0, 1].map(|k| self.line(cj, k)));
+                        if 2 * cj + 1 < self.height {
+                            let across = [0, 1].map(|k| self.between_lines(cj, k));
+                            gather(to, row(2 * cj + 1), Some(self.line(cj, 2)), across);
+                        }
+                        if cj > 0 {
+                            let across = [2, 3].map(|k| self.between_lines(cj - 1, k));
+                            gather(to, row(2 * cj - 1), Some(self.line(cj - 1, 3)), across);
+                        }
+                    },
+                );
             }
         });
     }
 
     /// Adds row `j` of P·`coarse` to a padded fine row.
     pub(super) fn add_row<const K: usize>(&self, coarse: &Plane<f32, K>, j: usize, k: usize, fine: &mut [f32]) {
-        let cj = j / 2;
-        let (south, north) = (&coarse.row(cj as isize, k)[1..], &coarse.row(cj as isize + 1, k)[1..]);
-        let even = self.coarse_width;
-        let odd = self.width / 2;
-        if j % 2 == 0 {
-            let [west, east] = [0, 1].map(|k| self.line(cj, k));
-            (0..even).for_each(|i| fine[2 * i + 1] += south[i]);
-            (0..odd).for_each(|i| fine[2 * i + 2] += west[i] * south[i] + east[i] * south[i + 1]);
-        } else {
-            let [down, up] = [2, 3].map(|k| self.line(cj, k));
-            let m: [&[f32]; MIDDLES] = std::array::from_fn(|k| self.between_lines(cj, k));
-            (0..even).for_each(|i| fine[2 * i + 1] += down[i] * south[i] + up[i] * north[i]);
-            for i in 0..odd {
-                let pairs = (m[0][i] * south[i] + m[1][i] * south[i + 1], m[2][i] * north[i] + m[3][i] * north[i + 1]);
-                fine[2 * i + 2] += pairs.0 + pairs.1;
-            }
-        }
+        let (cj, n) = (j / 2, self.coarse_width);
+        let [south, north] = [cj, cj + 1].map(|cj| &coarse.row(cj as isize, k)[1..]);
+        // Past the end of an odd width stands the border, to which nothing is added since its weights are 0.
+        let fine = &mut fine[1..=2 * n];
+        let ([south, south_next], [north, north_next]) = ([&south[..n], &south[1..=n]], [&north[..n], &north[1..=n]]);
+        wide(
+            #[inline(always)]
+            || {
+                if j % 2 == 0 {
+                    let [west, east] = [0, 1].map(|k| &self.line(cj, k)[..n]);
+                    for (i, pair) in fine.chunks_exact_mut(2).enumerate() {
+                        pair[0] += south[i];
+                        pair[1] += west[i] * south[i] + east[i] * south_next[i];
+                    }
+                } else {
+                    let [down, up] = [2, 3].map(|k| &self.line(cj, k)[..n]);
+                    let m: [&[f32]; MIDDLES] = std::array::from_fn(|k| &self.between_lines(cj, k)[..n]);
+                    // In two passes: of more arrays the compiler does not prove that they are distinct.
+                    for (i, pair) in fine.chunks_exact_mut(2).enumerate() {
+                        pair[0] += down[i] * south[i];
+                        pair[1] += m[0][i] * south[i] + m[1][i] * south_next[i];
+                    }
+                    for (i, pair) in fine.chunks_exact_mut(2).enumerate() {
+                        pair[0] += up[i] * north[i];
+                        pair[1] += m[2][i] * north[i] + m[3][i] * north_next[i];
+                    }
+                }
+            },
+        );
     }
+}
+
+/// Adds pairs (2I, 2I+1) of a fine row to coarse nodes: the first to I unless it has no weights, the
+/// second to I and to I+1.
+#[inline(always)]
+fn gather(to: &mut [f32], row: &[f32], own: Option<&[f32]>, [here, next]: [&[f32]; 2]) {
+    if let Some(own) = own {
+        to.iter_mut().zip(row.chunks_exact(2)).zip(own).for_each(|((to, pair), own)| *to += own * pair[0]);
+    }
+    to.iter_mut().zip(row.chunks_exact(2)).zip(here).for_each(|((to, pair), here)| *to += here * pair[1]);
+    let followers = to[1..].iter_mut();
+    followers.zip(row.chunks_exact(2)).zip(next).for_each(|((to, pair), next)| *to += next * pair[1]);
 }
 
 /// Galerkin products of upwind differences lean to central ones, level by level, which no relaxation smooths. Where a coefficient has come

@@ -6,7 +6,7 @@
 use super::cycle::Cycle;
 use super::equations::Equations;
 use super::rows::Rows;
-use crate::plane::{Plane, dot, sum};
+use crate::plane::{Plane, dot, sum, wide};
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +81,10 @@ fn add<T: crate::plane::Float, const K: usize>(y: &mut Plane<T, K>, a: [f64; K],
     y.update(|j, fields, _| {
         for (k, row) in fields.into_iter().enumerate() {
             let a = T::of(a[k]);
-            row.iter_mut().zip(x.row(j as isize, k)).for_each(|(y, x)| *y += a * T::of_single(*x));
+            wide(
+                #[inline(always)]
+                || row.iter_mut().zip(x.row(j as isize, k)).for_each(|(y, x)| *y += a * T::of_single(*x)),
+            );
         }
     });
 }
@@ -91,7 +94,10 @@ fn scale_add<const K: usize>(y: &mut Plane<f32, K>, a: [f64; K], x: &Plane<f32, 
     y.update(|j, fields, _| {
         for (k, row) in fields.into_iter().enumerate() {
             let a = a[k] as f32;
-            row.iter_mut().zip(x.row(j as isize, k)).for_each(|(y, x)| *y = x + a * *y);
+            wide(
+                #[inline(always)]
+                || row.iter_mut().zip(x.row(j as isize, k)).for_each(|(y, x)| *y = x + a * *y),
+            );
         }
     });
 }
@@ -112,7 +118,10 @@ fn energy<const K: usize>(equations: &Equations, p: &Plane<f32, K>) -> [f64; K] 
                 std::array::from_fn(|k| {
                     let beside = p.beside(j, k);
                     equations.product(j, beside, product);
-                    dot(&beside[1][1..=p.width()], product)
+                    wide(
+                        #[inline(always)]
+                        || dot(&beside[1][1..=p.width()], product),
+                    )
                 })
             },
         )

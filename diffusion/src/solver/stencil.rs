@@ -1,7 +1,7 @@
 //! A linear operator on a raster that couples each node to its eight neighbours: the coarser levels of multigrid.
 
 use super::rows::{Rows, SELF};
-use crate::plane::Float;
+use crate::plane::{Float, wide};
 use rayon::prelude::*;
 
 /// Nine coefficients a node, those of one row and one step in an array of their own. One that points out of the raster is 0.
@@ -62,13 +62,21 @@ impl Rows for Stencil {
         &self.inverse[j * self.width..][..self.width]
     }
     fn product<T: Float>(&self, j: usize, beside: [&[T]; 3], out: &mut [T]) {
-        let n = self.width;
-        let a: [&[f32]; 9] = std::array::from_fn(|k| self.line(j, k));
-        let x: [&[T]; 9] = std::array::from_fn(|k| &beside[k / 3][k % 3..][..n]);
-        let out = &mut out[..n];
-        for i in 0..n {
-            let c = |k: usize| T::of_single(a[k][i]) * x[k][i];
-            out[i] = (c(0) + c(1) + c(2)) + (c(3) + c(4) + c(5)) + (c(6) + c(7) + c(8));
+        let out = &mut out[..self.width];
+        // One line of the stencil at a time: the compiler proves few arrays distinct and then gives up on vectors.
+        for (line, x) in beside.into_iter().enumerate() {
+            let [a, b, c] = [0, 1, 2].map(|k| self.line(j, 3 * line + k));
+            let x = &x[..self.width + 2];
+            wide(
+                #[inline(always)]
+                || {
+                    for i in 0..out.len() {
+                        let [a, b, c] = [a[i], b[i], c[i]].map(T::of_single);
+                        let sum = a * x[i] + b * x[i + 1] + c * x[i + 2];
+                        out[i] = if line == 0 { sum } else { out[i] + sum };
+                    }
+                },
+            );
         }
     }
     fn sweep(&self, j: usize, from_east: bool, b: &[f32], [south, north]: [&[f32]; 2], row: &mut [f32]) {
