@@ -145,7 +145,8 @@ impl Row {
     }
 }
 
-/// The equations of the nodes of `elevation`, `spacing` metres apart, into which the elevations given are written.
+/// The equations of the nodes of `elevation`, `spacing` metres apart, into which the elevations given are written; what is wanted of
+/// nodes is given by row, with their columns.
 ///
 /// # Errors
 /// [`SolveError::Unheld`] when no elevation is given anywhere; [`SolveError::Adrift`] when some nodes follow slopes around in
@@ -153,38 +154,38 @@ impl Row {
 pub fn equations(
     spacing: f64,
     update: Update,
-    constraint: impl Fn(usize, usize) -> Constraint + Sync,
+    constraints: &[Vec<(u32, Constraint)>],
     elevation: &mut Plane<f64, 1>,
 ) -> Result<Equations, SolveError> {
     let (width, height) = (elevation.width(), elevation.height());
     let equations = Equations::new(width, height, |j, row| {
-        for (i, equation) in row.iter_mut().enumerate() {
+        for (i, constraint) in &constraints[j] {
+            let i = *i as usize;
             let exists = |x: isize, y: isize| {
                 i.checked_add_signed(x).is_some_and(|i| i < width)
                     && j.checked_add_signed(y).is_some_and(|j| j < height)
             };
-            *equation = match constraint(i, j) {
+            row[i] = match constraint {
                 Constraint::Free => Equation::Laplace,
                 Constraint::Elevation(_) => Equation::Given,
-                constraint => Equation::Other(Row::of(constraint, update, spacing, &exists).scaled(&exists)),
+                constraint => Equation::Other(Row::of(*constraint, update, spacing, &exists).scaled(&exists)),
             };
         }
     });
-    let held = elevation.update(|j, [row], _| {
-        let mut held = false;
-        for i in 0..width {
-            match constraint(i, j) {
-                Constraint::Elevation(value) => (row[i + 1], held) = (value, true),
-                Constraint::Near { .. } => held = true,
-                _ => {}
+    elevation.update(|j, [row], _| {
+        for (i, constraint) in &constraints[j] {
+            if let Constraint::Elevation(value) = constraint {
+                row[*i as usize + 1] = *value;
             }
         }
-        held
     });
-    if !held.contains(&true) {
+    let holds = |constraint: &Constraint| matches!(constraint, Constraint::Elevation(_) | Constraint::Near { .. });
+    if !constraints.iter().flatten().any(|(_, constraint)| holds(constraint)) {
         return Err(SolveError::Unheld);
     }
-    match equations.adrift(|i, j| matches!(constraint(i, j), Constraint::Near { .. })) {
+    let held =
+        |i: usize, j: usize| constraints[j].iter().any(|(at, constraint)| *at as usize == i && holds(constraint));
+    match equations.adrift(held) {
         None => Ok(equations),
         Some((column, row)) => Err(SolveError::Adrift { column, row }),
     }
@@ -204,6 +205,10 @@ mod tests {
     use super::*;
 
     const N: usize = 65;
+
+    fn rows(n: usize, constraint: impl Fn(usize, usize) -> Constraint) -> Vec<Vec<(u32, Constraint)>> {
+        (0..n).map(|j| (0..n).map(|i| (i as u32, constraint(i, j))).collect()).collect()
+    }
 
     fn nodes() -> impl Iterator<Item = (usize, usize)> {
         (0..N).flat_map(|j| (0..N).map(move |i| (i, j)))
@@ -227,7 +232,7 @@ mod tests {
             }
         };
         let mut x = Plane::new(N, N);
-        (equations(2.0, update, constraint, &mut x).unwrap(), x, plane)
+        (equations(2.0, update, &rows(N, constraint), &mut x).unwrap(), x, plane)
     }
 
     #[test]
@@ -258,7 +263,7 @@ mod tests {
         };
         for update in [Update::Corrected, Update::Printed] {
             let mut x = Plane::new(N, N);
-            let system = equations(1.0, update, constraint, &mut x).unwrap();
+            let system = equations(1.0, update, &rows(N, constraint), &mut x).unwrap();
             let progress = solve(&system, &mut x, Stop { relative_residual: 1e-12, iterations: 60 }).unwrap();
             assert!(progress.converged && progress.iterations() <= 25, "{:?}", progress.residuals);
             let at = |i: usize, j: usize| x.at(i, j)[0];
@@ -279,7 +284,10 @@ mod tests {
     #[test]
     fn nothing_held_and_a_ring_of_slopes_are_refused() {
         let crack = |_: usize, _: usize| Constraint::Slope(Slope::along([1.0, 0.0], 1.0).unwrap());
-        assert!(matches!(equations(1.0, Update::Corrected, crack, &mut Plane::new(9, 9)), Err(SolveError::Unheld)));
+        assert!(matches!(
+            equations(1.0, Update::Corrected, &rows(9, crack), &mut Plane::new(9, 9)),
+            Err(SolveError::Unheld)
+        ));
         // Pure guidance along a closed ring: each node names the next one only.
         let ring = |i: usize, j: usize| {
             let [x, y] = match (i, j) {
@@ -292,7 +300,7 @@ mod tests {
             };
             Constraint::Slope(Slope { direction: [x, y], rise: 1.0, smoothing: 0.0, guidance: 1.0 })
         };
-        let refused = equations(1.0, Update::Corrected, ring, &mut Plane::new(9, 9));
+        let refused = equations(1.0, Update::Corrected, &rows(9, ring), &mut Plane::new(9, 9));
         assert!(matches!(refused, Err(SolveError::Adrift { column: 3 | 4, row: 3 | 4 })), "{refused:?}");
     }
 

@@ -9,29 +9,12 @@
 
 use super::guided::Slope;
 
-/// A node as this module sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ground {
-    /// Its elevation is given or approached.
-    Given,
-    /// It is diffused.
-    Free,
-    /// It follows a slope.
-    Follows(Slope),
-}
-
 /// Rounds of four sweeps: a path that turns around more often is not followed to its end.
 const ROUNDS: usize = 4;
 
-/// The slopes, by node row by row, that lead from nothing; `ground(node)` says what each is.
-pub fn adrift(width: usize, height: usize, ground: impl Fn(usize) -> Ground) -> Vec<usize> {
+/// Which of `slopes` lead from nothing, by node row by row, ascending as they are; at the nodes in `given` elevations are held.
+pub fn adrift(width: usize, height: usize, slopes: &[(usize, Slope)], given: Vec<usize>) -> Vec<usize> {
     let n = width * height;
-    let slopes: Vec<(usize, Slope)> = (0..n)
-        .filter_map(|node| match ground(node) {
-            Ground::Follows(slope) => Some((node, slope)),
-            _ => None,
-        })
-        .collect();
     if slopes.is_empty() {
         return Vec::new();
     }
@@ -41,7 +24,7 @@ pub fn adrift(width: usize, height: usize, ground: impl Fn(usize) -> Ground) -> 
     let mut chance = vec![0.0f32; n];
     let mut follows = vec![false; n];
     slopes.iter().for_each(|(node, _)| follows[*node] = true);
-    let mut queue: Vec<usize> = (0..n).filter(|&node| ground(node) == Ground::Given).collect();
+    let mut queue = given;
     queue.iter().for_each(|&node| chance[node] = 1.0);
     let beside = |node: usize| {
         let (i, j) = (node % width, node / width);
@@ -86,7 +69,7 @@ pub fn adrift(width: usize, height: usize, ground: impl Fn(usize) -> Ground) -> 
         }
         queue.iter().for_each(|&node| chance[node] = 1.0);
     }
-    slopes.into_iter().map(|(node, _)| node).filter(|&node| chance[node] < 0.5).collect()
+    slopes.iter().map(|(node, _)| *node).filter(|&node| chance[node] < 0.5).collect()
 }
 
 /// The neighbours that a slope is read from: east or west, south or north.
@@ -104,47 +87,46 @@ mod tests {
 
     const N: usize = 41;
 
-    fn field(direction: impl Fn(f64, f64) -> Option<[f64; 2]>) -> Vec<Ground> {
-        (0..N * N)
-            .map(|node| ((node % N) as f64 - 20.2, (node / N) as f64 - 19.7))
-            .map(|(x, y)| match direction(x, y) {
-                Some(n) => Ground::Follows(Slope::along(n, -0.5).unwrap()),
-                None => Ground::Free,
-            })
-            .collect()
+    type Field = Vec<(usize, Slope)>;
+
+    fn place(node: usize) -> (f64, f64) {
+        ((node % N) as f64 - 20.2, (node / N) as f64 - 19.7)
     }
-    fn dropped(field: &[Ground]) -> usize {
-        adrift(N, N, |node| field[node]).len()
+    fn field(direction: impl Fn(f64, f64) -> Option<[f64; 2]>) -> Field {
+        let slope = |node: usize| {
+            let (x, y) = place(node);
+            Some((node, Slope::along(direction(x, y)?, -0.5)?))
+        };
+        (0..N * N).filter_map(slope).collect()
+    }
+    fn dropped(field: &Field, given: Vec<usize>) -> usize {
+        adrift(N, N, field, given).len()
     }
 
     #[test]
     fn sources_and_circles_are_adrift_and_sinks_are_not() {
         let disc = |x: f64, y: f64| x * x + y * y < 200.0;
-        let mut source = field(|x, y| disc(x, y).then_some([x, y]));
-        let mut circle = field(|x, y| (disc(x, y) && !disc(2.0 * x, 2.0 * y)).then_some([-y + 0.2 * x, x + 0.2 * y]));
-        let mut sink = field(|x, y| disc(x, y).then_some([-x, -y]));
-        for field in [&mut source, &mut circle, &mut sink] {
-            field[0] = Ground::Given;
-        }
-        let slopes = source.iter().filter(|ground| matches!(ground, Ground::Follows(_))).count();
-        assert_eq!((dropped(&source), dropped(&sink)), (slopes, 0));
+        let source = field(|x, y| disc(x, y).then_some([x, y]));
+        let circle = field(|x, y| (disc(x, y) && !disc(2.0 * x, 2.0 * y)).then_some([-y + 0.2 * x, x + 0.2 * y]));
+        let sink = field(|x, y| disc(x, y).then_some([-x, -y]));
+        assert_eq!((dropped(&source, vec![0]), dropped(&sink, vec![0])), (source.len(), 0));
         // The spiral around free ground that nothing holds leads from nothing either.
-        assert!(dropped(&circle) > 300, "{}", dropped(&circle));
+        assert!(dropped(&circle, vec![0]) > 300, "{}", dropped(&circle, vec![0]));
         // A given elevation at the source holds it all.
-        source[20 * N + 20] = Ground::Given;
-        assert!(dropped(&source) < slopes / 20, "{}", dropped(&source));
+        let centre = 20 * N + 20;
+        let held: Field = source.iter().copied().filter(|(node, _)| *node != centre).collect();
+        assert!(dropped(&held, vec![0, centre]) < source.len() / 20, "{}", dropped(&held, vec![0, centre]));
     }
 
     #[test]
     fn ground_inside_a_ring_of_ridges_is_held_by_them() {
         // Slopes lead inwards from a ring of given elevations to a free pocket, and outwards from there nowhere.
-        let mut field = field(|x, y| (100.0..200.0).contains(&(x * x + y * y)).then_some([-x, -y]));
-        for (node, ground) in field.iter_mut().enumerate() {
-            let (x, y) = ((node % N) as f64 - 20.2, (node / N) as f64 - 19.7);
-            if (200.0..280.0).contains(&(x * x + y * y)) {
-                *ground = Ground::Given;
-            }
-        }
-        assert_eq!(dropped(&field), 0);
+        let ring = |node: usize, range: std::ops::Range<f64>| {
+            let (x, y) = place(node);
+            range.contains(&(x * x + y * y))
+        };
+        let field = field(|x, y| (100.0..200.0).contains(&(x * x + y * y)).then_some([-x, -y]));
+        let given = (0..N * N).filter(|&node| ring(node, 200.0..280.0)).collect();
+        assert_eq!(dropped(&field, given), 0);
     }
 }
