@@ -39,7 +39,8 @@ fn main() {
     let t = Instant::now();
     let nodes = rasterise(&curves, &domain);
     println!("raster {:.3}", t.elapsed().as_secs_f64());
-    println!("raster bytes {}", nodes.bytes()); drop(nodes);
+    println!("raster bytes {}", nodes.bytes());
+    drop(nodes);
     let solver = match std::env::args().nth(3).as_deref() {
         Some("paper") => Solver::Paper,
         _ => Solver::Multigrid,

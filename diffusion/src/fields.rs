@@ -9,7 +9,7 @@ use crate::raster::{Domain, Node, Raster, rasterise};
 use crate::solver::equations::{Equation, Equations};
 use crate::solver::guided::{self, Constraint, Slope, Update};
 use crate::solver::krylov::{Progress, Stop};
-use crate::solver::{SolveError, cascade, held, laplace};
+use crate::solver::{SolveError, cascade, held, laplace, variational};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -26,11 +26,14 @@ pub enum Solver {
     /// The update that is exact on planes, converged.
     #[default]
     Multigrid,
+    /// The field of least squares: symmetric, and the same terrain at every resolution.
+    Variational,
 }
 
 impl Solver {
     /// All of them.
-    pub const ALL: [Solver; 4] = [Solver::Paper, Solver::Corrected, Solver::Printed, Solver::Multigrid];
+    pub const ALL: [Solver; 5] =
+        [Solver::Paper, Solver::Corrected, Solver::Printed, Solver::Multigrid, Solver::Variational];
     /// Its name in tables and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
@@ -38,18 +41,19 @@ impl Solver {
             Solver::Corrected => "corrected",
             Solver::Printed => "printed",
             Solver::Multigrid => "multigrid",
+            Solver::Variational => "variational",
         }
     }
     const fn update(self) -> Update {
         match self {
             Solver::Paper | Solver::Printed => Update::Printed,
-            Solver::Corrected | Solver::Multigrid => Update::Corrected,
+            Solver::Corrected | Solver::Multigrid | Solver::Variational => Update::Corrected,
         }
     }
 }
 
 /// What is solved for, and how exactly.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// How.
     pub solver: Solver,
@@ -57,8 +61,17 @@ pub struct Settings {
     pub stop: Stop,
     /// α of strict elevations: 0 interpolates them, more approximates (§5.2).
     pub smoothing: f64,
+    /// λ ≥ 1, how much slopes weigh in bands with [`Solver::Variational`].
+    pub slope_weight: f64,
     /// Whether the gradient is diffused over the whole raster, to be looked at; else only where it is needed.
     pub whole_gradient: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        let (solver, stop) = (Solver::default(), Stop::default());
+        Settings { solver, stop, smoothing: 0.0, slope_weight: 10.0, whole_gradient: false }
+    }
 }
 
 /// How one solve went.
@@ -197,7 +210,8 @@ impl Solve<'_> {
                     (1.., _) if smoothing > 0.0 => Some(Constraint::Near { elevation: node.elevation, smoothing }),
                     (1.., _) => Some(Constraint::Elevation(node.elevation)),
                     // A diffused direction may have lost its length: then nothing is wanted here.
-                    (0, 1) => Slope::along(node.guide.direction.to_array(), node.guide.rise).map(Constraint::Slope),
+                    (0, 1) => Slope::along(node.guide.direction.to_array(), node.guide.rise)
+                        .map(|slope| Constraint::Slope(Slope { beyond: node.guide.beyond, ..slope })),
                     (0, 2..) => {
                         let [rise, x, y] = gradient[j * width + i as usize].map(f64::from);
                         Slope::along([x, y], rise).map(Constraint::Slope)
@@ -210,6 +224,14 @@ impl Solve<'_> {
         let any = |is: &dyn Fn(&Constraint) -> bool| constraints.iter().flatten().any(|(_, constraint)| is(constraint));
         if !any(&|constraint| !matches!(constraint, Constraint::Elevation(_))) {
             let values = self.laplace("elevation", |node| (node.elevations > 0).then_some([node.elevation]))?;
+            return Ok(values.field(0));
+        }
+        let mut values = Plane::new(width, height);
+        if self.settings.solver == Solver::Variational {
+            let equations = variational::equations(spacing, self.settings.slope_weight, &constraints, &mut values)?;
+            drop(constraints);
+            let progress = variational::solve(&equations, &mut values, self.settings.stop)?;
+            self.report("elevation", &progress, start);
             return Ok(values.field(0));
         }
         let (mut slopes, mut given) = (Vec::new(), Vec::new());
@@ -226,7 +248,6 @@ impl Solve<'_> {
             constraints[node / width].retain(|(i, _)| *i as usize != node % width);
         }
         drop(slopes);
-        let mut values = Plane::new(width, height);
         let equations = guided::equations(spacing, self.settings.solver.update(), &constraints, &mut values)?;
         drop(constraints);
         let progress = guided::solve(&equations, &mut values, self.settings.stop)?;

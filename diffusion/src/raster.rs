@@ -40,6 +40,8 @@ pub struct Guide {
     pub direction: DVec2,
     /// Tangent of the slope along n.
     pub rise: f64,
+    /// How far from the plateau's edge, or from a curve that has none, metres.
+    pub beyond: f64,
 }
 
 impl Guide {
@@ -96,8 +98,8 @@ impl Node {
         self.guides = self.guides.saturating_add(1);
         let rise = tangent * (1.0 - beyond.max(0.0) / extent);
         // Elevations come from the curve where it has them, from outside where it has none ("inverted").
-        self.guide =
-            if held { Guide { direction: found.away, rise } } else { Guide { direction: -found.away, rise: -rise } };
+        let sign = if held { 1.0 } else { -1.0 };
+        self.guide = Guide { direction: sign * found.away, rise: sign * rise, beyond: beyond.max(0.0) };
     }
 }
 

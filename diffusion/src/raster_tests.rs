@@ -38,7 +38,7 @@ fn a_straight_ridge_has_a_plateau_and_ramped_slopes_cut_square_at_its_ends() {
     assert_eq!((at(50, 56).elevations, at(50, 57).elevations, at(50, 57).noises, at(50, 56).guides), (1, 0, 0, 0));
     // 26 m to the left, 16 to the right.
     assert_eq!((at(50, 76).guides, at(50, 77).guides, at(50, 34).guides, at(50, 33).guides), (1, 0, 1, 0));
-    let Guide { direction, rise } = at(50, 66).guide;
+    let Guide { direction, rise, .. } = at(50, 66).guide;
     assert!((direction - v(0.0, 1.0)).length() < 1e-12 && (rise + 0.5).abs() < 1e-12, "half of −1 half way out");
     assert!((at(50, 39).guide.rise + 0.5).abs() < 1e-12 && at(50, 39).guide.direction.y < 0.0);
     assert_eq!((at(19, 50), at(81, 50)), (Node::default(), Node::default()), "square ends");

@@ -118,7 +118,11 @@ fn given_elevation(node: &Node) -> Option<[f64; 1]> {
 }
 /// What guides a node: the slope given, or where several meet the diffused one.
 fn guide(node: &Node, &[rise, x, y]: &[f64; 3]) -> Option<Guide> {
-    (node.guides > 0 && node.elevations == 0).then_some(Guide { direction: DVec2::new(x, y), rise })
+    (node.guides > 0 && node.elevations == 0).then_some(Guide {
+        direction: DVec2::new(x, y),
+        rise,
+        beyond: f64::INFINITY,
+    })
 }
 
 /// The mean of what is given.
@@ -176,6 +180,7 @@ impl Level {
                 Some(guide) if update == Update::Printed => Constraint::Slope(Slope {
                     direction: guide.direction.to_array(),
                     rise: guide.rise,
+                    beyond: f64::INFINITY,
                     smoothing: 0.5,
                     guidance: 0.5,
                 }),

@@ -111,9 +111,9 @@ impl<const K: usize> Level<K> {
         if forward {
             // `start` did the first.
             colours.into_iter().skip(1).for_each(|at| colour(self, at));
+            // Before the coarse correction alone: after it as well they cost more than they save.
             corners.into_iter().filter(|_| directions).for_each(|at| corner(self, at));
         } else {
-            corners.into_iter().rev().filter(|_| directions).for_each(|at| corner(self, at));
             colours.into_iter().rev().for_each(|at| colour(self, at));
         }
     }

@@ -42,6 +42,8 @@ pub struct Slope {
     pub direction: [f64; 2],
     /// g: metres up for a metre along n; negative goes down.
     pub rise: f64,
+    /// How far along n the slope has begun, metres; infinite if that is not known.
+    pub beyond: f64,
     /// α of the mixture.
     pub smoothing: f64,
     /// β of the mixture, α + β ≤ 1; where it is less than 1 and no elevation is given, both are scaled to a sum of 1.
@@ -54,7 +56,7 @@ impl Slope {
     pub fn along(direction: [f64; 2], rise: f64) -> Option<Slope> {
         let length = (direction[0] * direction[0] + direction[1] * direction[1]).sqrt();
         let unit = direction.map(|component| component / length);
-        (length > 1e-6).then_some(Slope { direction: unit, rise, smoothing: 0.5, guidance: 0.5 })
+        (length > 1e-6).then_some(Slope { direction: unit, rise, beyond: f64::INFINITY, smoothing: 0.5, guidance: 0.5 })
     }
 }
 
@@ -298,7 +300,7 @@ mod tests {
                 (0, 0) => return Constraint::Elevation(1.0),
                 _ => return Constraint::Free,
             };
-            Constraint::Slope(Slope { direction: [x, y], rise: 1.0, smoothing: 0.0, guidance: 1.0 })
+            Constraint::Slope(Slope { smoothing: 0.0, guidance: 1.0, ..Slope::along([x, y], 1.0).unwrap() })
         };
         let refused = equations(1.0, Update::Corrected, &rows(9, ring), &mut Plane::new(9, 9));
         assert!(matches!(refused, Err(SolveError::Adrift { column: 3 | 4, row: 3 | 4 })), "{refused:?}");

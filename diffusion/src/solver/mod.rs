@@ -11,6 +11,7 @@ pub mod krylov;
 pub mod laplace;
 mod rows;
 mod stencil;
+pub mod variational;
 
 /// A field could not be solved for.
 #[derive(Debug, thiserror::Error)]
