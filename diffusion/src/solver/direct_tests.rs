@@ -84,7 +84,7 @@ fn rows() -> Vec<Vec<(u32, Constraint)>> {
 
 #[test]
 fn diffused_values_are_those_of_elimination() {
-    let fixed = |i: usize, j: usize| (i * 7 + j * 3) % 211 == 0 || (i == 30 && j > 20);
+    let fixed = |i: usize, j: usize| (i * 7 + j * 3).is_multiple_of(211) || (i == 30 && j > 20);
     let equations = Equations::new(N, N, |j, row| {
         (0..N).filter(|&i| fixed(i, j)).for_each(|i| row[i] = Equation::Given);
     });

@@ -29,7 +29,7 @@ pub enum Equation {
 /// An equation of its own: Σ w·(F − F_neighbour) + d·F = c.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Other {
-    /// w by index of [`STEPS`]; d in the place of the node itself. 0 where a step leaves the raster.
+    /// w of the neighbours from the south-west, row by row; d in the place of the node itself. 0 where a neighbour is missing.
     pub weights: [f32; 9],
     /// c.
     pub constant: f64,

@@ -227,7 +227,7 @@ impl Interpolation {
         wide(
             #[inline(always)]
             || {
-                if j % 2 == 0 {
+                if j.is_multiple_of(2) {
                     let [west, east] = [0, 1].map(|k| &self.line(cj, k)[..n]);
                     for (i, pair) in fine.chunks_exact_mut(2).enumerate() {
                         pair[0] += south[i];

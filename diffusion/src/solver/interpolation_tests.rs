@@ -24,16 +24,16 @@ fn constants_are_interpolated_away_from_constraints_and_constraints_take_nothing
     }
 }
 
+fn product(operator: &impl Rows, x: &Plane<f32, 1>) -> Plane<f32, 1> {
+    let mut y = Plane::<f32, 1>::new(x.width(), x.height());
+    y.update(|j, [row], _| operator.product(j, x.beside(j, 0), &mut row[1..]));
+    y
+}
+
 /// Column by column: A_c·e = Pᵀ(A(P·e)).
 fn is_triple_product(fine: &Equations) {
     let p = Interpolation::of(fine);
     let coarse = p.coarse_operator(fine);
-    let product = |operator: &(dyn Fn(usize, [&[f32]; 3], &mut [f32]) + Sync), x: &Plane<f32, 1>| {
-        let mut y = Plane::<f32, 1>::new(x.width(), x.height());
-        y.update(|j, [row], _| operator(j, x.beside(j, 0), &mut row[1..]));
-        y.update(|_, [row], _| *row.last_mut().unwrap() = 0.0);
-        y
-    };
     for (ci, cj) in (0..coarse.height()).flat_map(|cj| (0..coarse.width()).map(move |ci| (ci, cj))) {
         if fine.is_given(2 * ci, 2 * cj) {
             assert_eq!(coarse.at(ci, cj), std::array::from_fn(|k| if k == SELF { 1.0 } else { 0.0 }));
@@ -43,10 +43,10 @@ fn is_triple_product(fine: &Equations) {
         unit.set(ci, cj, [1.0]);
         let mut up = Plane::<f32, 1>::new(fine.width(), fine.height());
         up.update(|j, [row], _| p.add_row(&unit, j, 0, row));
-        let image = product(&|j, beside, out| fine.product(j, beside, out), &up);
+        let image = product(fine, &up);
         let mut down = Plane::<f32, 1>::new(coarse.width(), coarse.height());
         p.restrict(&image, &mut down);
-        let direct = product(&|j, beside, out| coarse.product(j, beside, out), &unit);
+        let direct = product(&coarse, &unit);
         let given = |n: usize| fine.is_given(n % coarse.width() * 2, n / coarse.width() * 2);
         for (_, (down, direct)) in down.iter(0).zip(direct.iter(0)).enumerate().filter(|&(n, _)| !given(n)) {
             assert!((down - direct).abs() < 1e-5, "({ci}, {cj}): {down}, {direct}");
