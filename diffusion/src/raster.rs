@@ -28,7 +28,8 @@ impl Domain {
     pub fn square(side: f64, nodes: usize) -> Domain {
         Domain { origin: DVec2::ZERO, spacing: side / (nodes - 1) as f64, width: nodes, height: nodes }
     }
-    fn at(&self, i: usize, j: usize) -> DVec2 {
+    /// Where node (i, j) lies, metres.
+    pub fn at(&self, i: usize, j: usize) -> DVec2 {
         self.origin + self.spacing * DVec2::new(i as f64, j as f64)
     }
 }
@@ -196,8 +197,11 @@ impl<'a> Strip<'a> {
             let sideways = along.perp() * self.reach;
             visit(around(&[a + sideways, a - sideways, b + sideways, b - sideways], 0.0), &find, &span);
         }
-        for three in self.line.windows(3) {
-            let [(a, _), (v, place), (b, _)] = [three[0], three[1], three[2]];
+        // A closed curve bends where it closes, too.
+        let [first, last] = [0, self.line.len() - 1];
+        let closing = (self.line[first].0 == self.line[last].0 && last > 1).then(|| [last - 1, first, 1]);
+        for three in (1..last).map(|k| [k - 1, k, k + 1]).chain(closing) {
+            let [(a, _), (v, place), (b, _)] = three.map(|k| self.line[k]);
             let (before, after) = ((v - a).normalize(), (b - v).normalize());
             let left = before.perp_dot(after) <= 0.0;
             // The wedge lies outside of the bend, past the end of one chord and before the start of the next.

@@ -139,3 +139,21 @@ fn thin_curves_and_curves_outside_are_no_trouble() {
     }
     assert!(rasterise(&[thin(v(-500.0, 0.0), v(-400.0, 900.0))], &domain).iter().all(|node| *node == Node::default()));
 }
+
+#[test]
+fn a_closed_curve_has_no_gap_where_it_closes() {
+    // A drop whose tip, where it starts and ends, bends by a right angle.
+    let control =
+        vec![v(30.0, 50.0), v(50.0, 70.0), v(80.0, 65.0), v(80.0, 50.0), v(80.0, 35.0), v(50.0, 30.0), v(30.0, 50.0)];
+    let nodes = rasterise(&[Curve::new(control, points(true)).unwrap()], &Domain::square(100.0, 101));
+    let around_the_tip = |radius: f64| {
+        (0..=32).map(move |k| {
+            let angle = (135.0 + 90.0 * f64::from(k) / 32.0).to_radians();
+            v(30.0, 50.0) + radius * v(libm::cos(angle), libm::sin(angle))
+        })
+    };
+    for p in around_the_tip(4.0).chain(around_the_tip(14.0)) {
+        let node = nodes[p.y.round() as usize * 101 + p.x.round() as usize];
+        assert!(node.elevations + node.guides > 0, "nothing at {p}");
+    }
+}
