@@ -5,12 +5,12 @@
 
 use crate::curve::Curve;
 use crate::plane::Plane;
-use crate::raster::{Domain, Guide, Node, rasterise};
-use crate::solver::guided::{Constraint, Guided, Slope, Update};
-use crate::solver::krylov::Stop;
-use crate::solver::laplace::{Laplace, diffuse as diffuse_laplace};
-use crate::solver::{SolveError, cascade};
-use glam::DVec2;
+use crate::raster::{Domain, Node, Raster, rasterise};
+use crate::solver::equations::{Equation, Equations};
+use crate::solver::guided::{self, Constraint, Slope, Update};
+use crate::solver::krylov::{Progress, Stop};
+use crate::solver::{SolveError, cascade, held, laplace, variational};
+use rayon::prelude::*;
 use std::time::Instant;
 
 /// How fields are solved for.
@@ -26,11 +26,14 @@ pub enum Solver {
     /// The update that is exact on planes, converged.
     #[default]
     Multigrid,
+    /// The field of least squares: symmetric, and the same terrain at every resolution.
+    Variational,
 }
 
 impl Solver {
     /// All of them.
-    pub const ALL: [Solver; 4] = [Solver::Paper, Solver::Corrected, Solver::Printed, Solver::Multigrid];
+    pub const ALL: [Solver; 5] =
+        [Solver::Paper, Solver::Corrected, Solver::Printed, Solver::Multigrid, Solver::Variational];
     /// Its name in tables and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
@@ -38,18 +41,19 @@ impl Solver {
             Solver::Corrected => "corrected",
             Solver::Printed => "printed",
             Solver::Multigrid => "multigrid",
+            Solver::Variational => "variational",
         }
     }
     const fn update(self) -> Update {
         match self {
             Solver::Paper | Solver::Printed => Update::Printed,
-            Solver::Corrected | Solver::Multigrid => Update::Corrected,
+            Solver::Corrected | Solver::Multigrid | Solver::Variational => Update::Corrected,
         }
     }
 }
 
 /// What is solved for, and how exactly.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// How.
     pub solver: Solver,
@@ -57,8 +61,17 @@ pub struct Settings {
     pub stop: Stop,
     /// α of strict elevations: 0 interpolates them, more approximates (§5.2).
     pub smoothing: f64,
+    /// λ ≥ 1, how much slopes weigh in bands with [`Solver::Variational`].
+    pub slope_weight: f64,
     /// Whether the gradient is diffused over the whole raster, to be looked at; else only where it is needed.
     pub whole_gradient: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        let (solver, stop) = (Solver::default(), Stop::default());
+        Settings { solver, stop, smoothing: 0.0, slope_weight: 10.0, whole_gradient: false }
+    }
 }
 
 /// How one solve went.
@@ -74,6 +87,8 @@ pub struct Report {
     pub converged: bool,
     /// Wall time, set-up included.
     pub seconds: f64,
+    /// What the solve held beside what it solved for, bytes.
+    pub bytes: usize,
 }
 
 /// The fields of a terrain, row by row from the south.
@@ -87,8 +102,9 @@ pub struct Fields {
     pub amplitude: Vec<f64>,
     /// R.
     pub roughness: Vec<f64>,
-    /// The gradient as it guided the elevation, where curves give one; everywhere if that was asked for.
-    pub gradient: Vec<Option<Guide>>,
+    /// The rise along a direction and the direction, east and north; 0 where there is none. Diffused over the whole raster if that was
+    /// asked for or slopes of several curves meet; a diffused direction is shorter than 1 where those around it differ.
+    pub gradient: Vec<[f32; 3]>,
     /// One for each solve.
     pub reports: Vec<Report>,
 }
@@ -96,125 +112,155 @@ pub struct Fields {
 /// Diffuses what `curves` give over `domain`.
 ///
 /// # Errors
-/// [`SolveError::Unheld`] when no curve gives an elevation inside the domain, [`SolveError::Adrift`] when slopes lead in circles.
+/// [`SolveError::Unheld`] when no curve gives an elevation inside the domain.
 pub fn diffuse(curves: &[Curve], domain: Domain, settings: &Settings) -> Result<Fields, SolveError> {
     if matches!(settings.solver, Solver::Paper | Solver::Corrected) {
         return cascade::run(curves, domain, settings.solver.update());
     }
-    let nodes = rasterise(curves, &domain);
-    let mut reports = Vec::new();
-    let [amplitude, roughness] = noise(&nodes, &domain, settings, &mut reports)?;
-    let gradient = gradient(&nodes, &domain, settings, &mut reports)?;
-    let elevation = elevation(&nodes, &gradient, &domain, settings, &mut reports)?;
-    Ok(Fields { domain, elevation, amplitude, roughness, gradient, reports })
+    let raster = rasterise(curves, &domain);
+    let mut solve = Solve { raster, domain, settings, reports: Vec::new() };
+    let [amplitude, roughness] = solve.noise()?;
+    let gradient = solve.gradient()?;
+    let elevation = solve.elevation(&gradient)?;
+    Ok(Fields { domain, elevation, amplitude, roughness, gradient, reports: solve.reports })
 }
 
-/// Solves ΔF = 0 for K fields with the values that `given` has.
-fn laplace<const K: usize>(
-    field: &'static str,
-    nodes: &[Node],
-    domain: &Domain,
-    stop: Stop,
-    reports: &mut Vec<Report>,
-    given: impl Fn(&Node) -> Option<[f64; K]> + Sync,
-) -> Result<Plane<f64, K>, SolveError> {
-    let start = Instant::now();
-    let at = |i: usize, j: usize| given(&nodes[j * domain.width + i]);
-    let operator = Laplace::new(domain.width, domain.height, |i, j| at(i, j).is_some());
-    let mut values = Plane::new(domain.width, domain.height);
-    values.update(|j, row| (0..domain.width).for_each(|i| row[i + 1] = at(i, j).unwrap_or([0.0; K])));
-    let progress = diffuse_laplace(&operator, &mut values, stop)?;
-    reports.push(Report {
-        field,
-        iterations: progress.iterations(),
-        relative_residual: progress.last().into_iter().fold(0.0, f64::max),
-        converged: progress.converged,
-        seconds: start.elapsed().as_secs_f64(),
-    });
-    Ok(values)
+/// What solves share.
+struct Solve<'a> {
+    raster: Raster,
+    domain: Domain,
+    settings: &'a Settings,
+    reports: Vec<Report>,
 }
 
-fn noise(
-    nodes: &[Node],
-    domain: &Domain,
-    settings: &Settings,
-    reports: &mut Vec<Report>,
-) -> Result<[Vec<f64>; 2], SolveError> {
-    let given = |node: &Node| (node.noises > 0).then_some([node.amplitude, node.roughness]);
-    if !nodes.iter().any(|node| given(node).is_some()) {
-        return Ok([vec![0.0; nodes.len()], vec![0.0; nodes.len()]]);
+impl Solve<'_> {
+    /// Solves ΔF = 0 for K fields with the values that `given` has.
+    fn laplace<const K: usize>(
+        &mut self,
+        field: &'static str,
+        given: impl Fn(&Node) -> Option<[f64; K]> + Sync,
+    ) -> Result<Plane<f64, K>, SolveError> {
+        let start = Instant::now();
+        let Domain { width, height, .. } = self.domain;
+        let raster = &self.raster;
+        let given = |j: usize| raster.row(j).iter().filter_map(|(i, node)| Some((*i as usize, given(node)?)));
+        let equations = Equations::new(width, height, |j, row| given(j).for_each(|(i, _)| row[i] = Equation::Given));
+        let mut values = Plane::new(width, height);
+        values.update(|j, rows: [&mut [f64]; K], _| {
+            given(j).for_each(|(i, given)| (0..K).for_each(|k| rows[k][i + 1] = given[k]));
+        });
+        let progress = laplace::diffuse(&equations, &mut values, self.settings.stop)?;
+        self.report(field, &progress, start);
+        Ok(values)
     }
-    let values = laplace("amplitude, roughness", nodes, domain, settings.stop, reports, given)?;
-    Ok([0, 1].map(|k| values.iter().map(|pair| pair[k]).collect()))
-}
-
-fn gradient(
-    nodes: &[Node],
-    domain: &Domain,
-    settings: &Settings,
-    reports: &mut Vec<Report>,
-) -> Result<Vec<Option<Guide>>, SolveError> {
-    // A strict elevation says all there is to say of a node.
-    let free = |node: &Node| node.elevations == 0 || settings.smoothing > 0.0;
-    let given =
-        |node: &Node| (node.guides == 1).then_some([node.guide.rise, node.guide.direction.x, node.guide.direction.y]);
-    let conflict = |node: &Node| node.guides > 1 && free(node);
-    let guides = nodes.iter().any(|node| given(node).is_some());
-    if !guides || !(settings.whole_gradient || nodes.iter().any(conflict)) {
-        return Ok(nodes.iter().map(|node| (node.guides == 1).then_some(node.guide)).collect());
+    fn report<const K: usize>(&mut self, field: &'static str, progress: &Progress<K>, start: Instant) {
+        self.reports.push(Report {
+            field,
+            iterations: progress.iterations(),
+            relative_residual: progress.last().into_iter().fold(0.0, f64::max),
+            converged: progress.converged,
+            seconds: start.elapsed().as_secs_f64(),
+            bytes: progress.bytes + self.raster.bytes(),
+        });
     }
-    let values = laplace("gradient: norm, direction", nodes, domain, settings.stop, reports, given)?;
-    let diffused = |&[rise, x, y]: &[f64; 3]| Guide { direction: DVec2::new(x, y), rise };
-    let wanted = |node: &Node| node.guides > 0 || settings.whole_gradient;
-    Ok(nodes.iter().zip(values.iter()).map(|(node, value)| wanted(node).then(|| diffused(value))).collect())
-}
 
-fn elevation(
-    nodes: &[Node],
-    gradient: &[Option<Guide>],
-    domain: &Domain,
-    settings: &Settings,
-    reports: &mut Vec<Report>,
-) -> Result<Vec<f64>, SolveError> {
-    let constraint = |k: usize| {
-        let node = &nodes[k];
-        match (node.elevations, node.guides, gradient[k]) {
-            (1.., _, _) if settings.smoothing > 0.0 => {
-                Constraint::Near { elevation: node.elevation, smoothing: settings.smoothing }
-            }
-            (1.., _, _) => Constraint::Elevation(node.elevation),
-            // A diffused direction may have lost its length: then nothing is wanted here.
-            (0, 1.., Some(guide)) => {
-                Slope::along(guide.direction.to_array(), guide.rise).map_or(Constraint::Free, Constraint::Slope)
-            }
-            _ => Constraint::Free,
+    /// A and R.
+    fn noise(&mut self) -> Result<[Vec<f64>; 2], SolveError> {
+        let given = |node: &Node| (node.noises > 0).then_some([node.amplitude, node.roughness]);
+        if !self.raster.nodes().any(|node| given(node).is_some()) {
+            let nothing = vec![0.0; self.domain.width * self.domain.height];
+            return Ok([nothing.clone(), nothing]);
         }
-    };
-    let guided = (0..nodes.len()).any(|k| matches!(constraint(k), Constraint::Slope(_) | Constraint::Near { .. }));
-    if !guided {
-        let given = |node: &Node| (node.elevations > 0).then_some([node.elevation]);
-        let values = laplace("elevation", nodes, domain, settings.stop, reports, given)?;
-        return Ok(values.iter().map(|[value]| *value).collect());
+        let values = self.laplace("amplitude, roughness", given)?;
+        Ok([0, 1].map(|k| values.field(k)))
     }
-    let start = Instant::now();
-    let at = |i: usize, j: usize| constraint(j * domain.width + i);
-    let system = Guided::new(domain.width, domain.height, domain.spacing, settings.solver.update(), at)?;
-    let mut values = Plane::new(domain.width, domain.height);
-    let progress = system.solve(&mut values, settings.stop)?;
-    reports.push(Report {
-        field: "elevation",
-        iterations: progress.iterations(),
-        relative_residual: progress.last()[0],
-        converged: progress.converged,
-        seconds: start.elapsed().as_secs_f64(),
-    });
-    Ok(values.iter().map(|[value]| *value).collect())
+
+    /// The gradient at every node, or at those that one curve alone gives a slope if no others are asked for.
+    fn gradient(&mut self) -> Result<Vec<[f32; 3]>, SolveError> {
+        let Settings { smoothing, whole_gradient, .. } = *self.settings;
+        let given = |node: &Node| (node.guides == 1).then_some(node.guide.to_array());
+        // A strict elevation says all there is to say of a node.
+        let conflict = |node: &Node| node.guides > 1 && (node.elevations == 0 || smoothing > 0.0);
+        let guided = self.raster.nodes().any(|node| node.guides == 1);
+        let needed = whole_gradient || self.raster.nodes().any(conflict);
+        let values = if guided && needed { Some(self.laplace("gradient: norm, direction", given)?) } else { None };
+        let width = self.domain.width;
+        let mut gradient = vec![[0.0; 3]; width * self.domain.height];
+        gradient.par_chunks_mut(width).enumerate().for_each(|(j, row)| {
+            if let Some(values) = &values {
+                let fields = [0, 1, 2].map(|k| &values.row(j as isize, k)[1..]);
+                row.iter_mut().enumerate().for_each(|(i, to)| *to = fields.map(|field| field[i] as f32));
+            } else {
+                let given = self.raster.row(j).iter().filter_map(|(i, node)| Some((*i as usize, given(node)?)));
+                given.for_each(|(i, given)| row[i] = given.map(|value| value as f32));
+            }
+        });
+        Ok(gradient)
+    }
+
+    /// h.
+    fn elevation(&mut self, gradient: &[[f32; 3]]) -> Result<Vec<f64>, SolveError> {
+        let start = Instant::now();
+        let Domain { width, height, spacing, .. } = self.domain;
+        let smoothing = self.settings.smoothing;
+        let mut constraints: Vec<Vec<(u32, Constraint)>> = (0..height)
+            .into_par_iter()
+            .map(|j| {
+                let of = |i: u32, node: &Node| match (node.elevations, node.guides) {
+                    (1.., _) if smoothing > 0.0 => Some(Constraint::Near { elevation: node.elevation, smoothing }),
+                    (1.., _) => Some(Constraint::Elevation(node.elevation)),
+                    // A diffused direction may have lost its length: then nothing is wanted here.
+                    (0, 1) => Slope::along(node.guide.direction.to_array(), node.guide.rise)
+                        .map(|slope| Constraint::Slope(Slope { beyond: node.guide.beyond, ..slope })),
+                    (0, 2..) => {
+                        let [rise, x, y] = gradient[j * width + i as usize].map(f64::from);
+                        Slope::along([x, y], rise).map(Constraint::Slope)
+                    }
+                    _ => None,
+                };
+                self.raster.row(j).iter().filter_map(|(i, node)| Some((*i, of(*i, node)?))).collect()
+            })
+            .collect();
+        let any = |is: &dyn Fn(&Constraint) -> bool| constraints.iter().flatten().any(|(_, constraint)| is(constraint));
+        if !any(&|constraint| !matches!(constraint, Constraint::Elevation(_))) {
+            let values = self.laplace("elevation", |node| (node.elevations > 0).then_some([node.elevation]))?;
+            return Ok(values.field(0));
+        }
+        let mut values = Plane::new(width, height);
+        if self.settings.solver == Solver::Variational {
+            let equations = variational::equations(spacing, self.settings.slope_weight, &constraints, &mut values)?;
+            drop(constraints);
+            let progress = variational::solve(&equations, &mut values, self.settings.stop)?;
+            self.report("elevation", &progress, start);
+            return Ok(values.field(0));
+        }
+        let (mut slopes, mut given) = (Vec::new(), Vec::new());
+        for (j, row) in constraints.iter().enumerate() {
+            for (i, constraint) in row {
+                let node = j * width + *i as usize;
+                match constraint {
+                    Constraint::Slope(slope) => slopes.push((node, *slope)),
+                    _ => given.push(node),
+                }
+            }
+        }
+        for node in held::adrift(width, height, &slopes, given) {
+            constraints[node / width].retain(|(i, _)| *i as usize != node % width);
+        }
+        drop(slopes);
+        let equations = guided::equations(spacing, self.settings.solver.update(), &constraints, &mut values)?;
+        drop(constraints);
+        let progress = guided::solve(&equations, &mut values, self.settings.stop)?;
+        self.report("elevation", &progress, start);
+        Ok(values.field(0))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::curve::{ConstraintPoint, Elevation, Gradient, Noise, Side};
+    use glam::DVec2;
 
     fn line(a: DVec2, b: DVec2, point: ConstraintPoint) -> Curve {
         let points = [0.0, 1.0].map(|place| ConstraintPoint { place, ..point }).to_vec();

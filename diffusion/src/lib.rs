@@ -8,4 +8,3 @@ pub mod plane;
 pub mod presets;
 pub mod raster;
 pub mod solver;
-pub mod stencil;

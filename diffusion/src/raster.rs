@@ -41,6 +41,15 @@ pub struct Guide {
     pub direction: DVec2,
     /// Tangent of the slope along n.
     pub rise: f64,
+    /// How far from the plateau's edge, or from a curve that has none, metres.
+    pub beyond: f64,
+}
+
+impl Guide {
+    /// The rise, and the direction east and north.
+    pub(crate) fn to_array(self) -> [f64; 3] {
+        [self.rise, self.direction.x, self.direction.y]
+    }
 }
 
 /// What curves want of one node.
@@ -90,8 +99,8 @@ impl Node {
         self.guides = self.guides.saturating_add(1);
         let rise = tangent * (1.0 - beyond.max(0.0) / extent);
         // Elevations come from the curve where it has them, from outside where it has none ("inverted").
-        self.guide =
-            if held { Guide { direction: found.away, rise } } else { Guide { direction: -found.away, rise: -rise } };
+        let sign = if held { 1.0 } else { -1.0 };
+        self.guide = Guide { direction: sign * found.away, rise: sign * rise, beyond: beyond.max(0.0) };
     }
 }
 
@@ -106,19 +115,64 @@ struct Found {
     away: DVec2,
 }
 
-/// The raster of nodes that `curves` make, row by row from the south.
-pub fn rasterise(curves: &[Curve], domain: &Domain) -> Vec<Node> {
+/// The nodes that curves want something of, row by row from the south; the others want nothing.
+#[derive(Clone, Debug)]
+pub struct Raster {
+    width: usize,
+    rows: Vec<Vec<(u32, Node)>>,
+}
+
+impl Raster {
+    /// The nodes of row `j` that something is wanted of, with their columns, from the west.
+    pub fn row(&self, j: usize) -> &[(u32, Node)] {
+        &self.rows[j]
+    }
+    /// The node in column `i` of row `j`.
+    pub fn at(&self, i: usize, j: usize) -> Node {
+        let row = &self.rows[j];
+        row.binary_search_by_key(&(i as u32), |(i, _)| *i).map_or_else(|_| Node::default(), |found| row[found].1)
+    }
+    /// The nodes that something is wanted of.
+    pub fn nodes(&self) -> impl Iterator<Item = &Node> {
+        self.rows.iter().flatten().map(|(_, node)| node)
+    }
+    /// Every node.
+    pub fn dense(&self) -> Vec<Node> {
+        let mut nodes = vec![Node::default(); self.width * self.rows.len()];
+        for (row, nodes) in self.rows.iter().zip(nodes.chunks_mut(self.width)) {
+            row.iter().for_each(|(i, node)| nodes[*i as usize] = *node);
+        }
+        nodes
+    }
+    /// What it takes, bytes.
+    pub fn bytes(&self) -> usize {
+        self.rows.iter().map(|row| row.capacity() * size_of::<(u32, Node)>()).sum()
+    }
+}
+
+/// The raster of nodes that `curves` make.
+pub fn rasterise(curves: &[Curve], domain: &Domain) -> Raster {
     let strips: Vec<Strip<'_>> = curves.iter().map(|curve| Strip::new(curve, domain)).collect();
-    let mut nodes = vec![Node::default(); domain.width * domain.height];
     // Bands of rows are independent: a node's answer does not depend on the band it is in.
     const BAND: usize = 64;
-    nodes.par_chunks_mut(BAND * domain.width).enumerate().for_each(|(band, nodes)| {
+    let bands = domain.height.div_ceil(BAND);
+    let rows = (0..bands).into_par_iter().flat_map_iter(|band| {
+        let height = BAND.min(domain.height - band * BAND);
+        let mut nodes = vec![Node::default(); height * domain.width];
         let mut best = vec![None; nodes.len()];
         for strip in &strips {
-            strip.draw(domain, band * BAND, nodes, &mut best);
+            strip.draw(domain, band * BAND, &mut nodes, &mut best);
         }
+        let wanted = |node: &Node| *node != Node::default();
+        let row = |row: &[Node]| {
+            let found = row.iter().enumerate().filter(|(_, node)| wanted(node));
+            let mut row: Vec<(u32, Node)> = found.map(|(i, node)| (i as u32, *node)).collect();
+            row.shrink_to_fit();
+            row
+        };
+        nodes.chunks(domain.width).map(row).collect::<Vec<_>>()
     });
-    nodes
+    Raster { width: domain.width, rows: rows.collect() }
 }
 
 /// One curve's chords, and how far to each side of them nodes are concerned.

@@ -46,7 +46,7 @@ pub fn run(curves: &[Curve], domain: Domain, update: Update) -> Result<Fields, S
     let mut iterations = 0;
     let mut nodes = Vec::new();
     for (i, domain) in domains.iter().enumerate() {
-        nodes = rasterise(curves, domain);
+        nodes = rasterise(curves, domain).dense();
         let count = ITERATIONS * (domains.len() - i);
         let mut level = match &state {
             Some((below, values)) => values.raised(below, domain),
@@ -59,14 +59,22 @@ pub fn run(curves: &[Curve], domain: Domain, update: Update) -> Result<Fields, S
     let seconds = start.elapsed().as_secs_f64();
     let held = nodes.iter().any(|node| node.elevations > 0);
     let Some((_, level)) = state.filter(|_| held) else { return Err(SolveError::Unheld) };
-    let report =
-        |field, relative_residual| Report { field, iterations, relative_residual, converged: false, seconds: 0.0 };
+    // Two of everything, as Jacobi reads one and writes the other; the raster; a row of nine weights per node.
+    let bytes = nodes.len() * (2 * 6 * 8 + size_of::<Node>() + size_of::<Row>());
+    let report = |field, relative_residual| Report {
+        field,
+        iterations,
+        relative_residual,
+        converged: false,
+        seconds: 0.0,
+        bytes,
+    };
     let reports = vec![
         report("amplitude, roughness", laplace_residual(&level.noise, &nodes, &domain, given_noise)),
         report("gradient: norm, direction", laplace_residual(&level.gradient, &nodes, &domain, given_gradient)),
         Report { seconds, ..report("elevation", level.elevation_residual(&nodes, &domain, update)) },
     ];
-    let gradient = nodes.iter().zip(&level.gradient).map(|(node, value)| guide(node, value)).collect();
+    let gradient = level.gradient.iter().map(|value| value.map(|value| value as f32)).collect();
     let [amplitude, roughness] = [0, 1].map(|k| level.noise.iter().map(|pair| pair[k]).collect());
     Ok(Fields { domain, elevation: level.elevation, amplitude, roughness, gradient, reports })
 }
@@ -110,7 +118,11 @@ fn given_elevation(node: &Node) -> Option<[f64; 1]> {
 }
 /// What guides a node: the slope given, or where several meet the diffused one.
 fn guide(node: &Node, &[rise, x, y]: &[f64; 3]) -> Option<Guide> {
-    (node.guides > 0 && node.elevations == 0).then_some(Guide { direction: DVec2::new(x, y), rise })
+    (node.guides > 0 && node.elevations == 0).then_some(Guide {
+        direction: DVec2::new(x, y),
+        rise,
+        beyond: f64::INFINITY,
+    })
 }
 
 /// The mean of what is given.
@@ -168,6 +180,7 @@ impl Level {
                 Some(guide) if update == Update::Printed => Constraint::Slope(Slope {
                     direction: guide.direction.to_array(),
                     rise: guide.rise,
+                    beyond: f64::INFINITY,
                     smoothing: 0.5,
                     guidance: 0.5,
                 }),

@@ -2,17 +2,18 @@
 //! forward, those after it backward, so that the cycle of a symmetric operator is symmetric, as conjugate gradients need.
 
 use super::dense::Factors;
+use super::equations::Equations;
 use super::interpolation::Interpolation;
-use crate::plane::Plane;
-use crate::stencil::{SELF, Stencil};
-use rayon::prelude::*;
+use super::rows::Rows;
+use super::stencil::Stencil;
+use crate::plane::{Plane, wide};
 
 /// How a level is relaxed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Smoother {
     /// Gauss–Seidel in four colours, red before black, rows in parallel: for symmetric operators.
     FourColours,
-    /// Gauss–Seidel from each corner in turn, row by row: for operators that carry values along a direction.
+    /// That, and Gauss–Seidel from each corner in turn over the nodes that carry values along a direction.
     FourDirections,
 }
 
@@ -21,17 +22,17 @@ const COARSEST: usize = 5;
 
 /// See the module. `K` fields are relaxed together, since they share the operator.
 #[derive(Clone, Debug)]
-pub struct Cycle<const K: usize> {
+pub struct Cycle<'a, const K: usize> {
     smoother: Smoother,
-    levels: Vec<Level<K>>,
+    finest: &'a Equations,
+    fine: Level<K>,
+    coarse: Vec<(Stencil, Level<K>)>,
     coarsest: Factors,
 }
 
+/// What a level works on.
 #[derive(Clone, Debug)]
 struct Level<const K: usize> {
-    operator: Stencil<f32>,
-    /// 1 / the coefficient of the node itself.
-    inverse: Vec<f32>,
     /// To the next coarser level; the coarsest has none.
     interpolation: Option<Interpolation>,
     x: Plane<f32, K>,
@@ -40,56 +41,113 @@ struct Level<const K: usize> {
 }
 
 impl<const K: usize> Level<K> {
-    fn new(operator: Stencil<f32>, interpolation: Option<Interpolation>) -> Level<K> {
-        let (width, height) = (operator.width(), operator.height());
-        let inverse =
-            (0..height).into_par_iter().flat_map_iter(|j| operator.line(j).iter().map(|a| 1.0 / a[SELF])).collect();
-        let plane = || Plane::new(width, height);
-        Level { inverse, interpolation, x: plane(), b: plane(), rest: plane(), operator }
+    fn new(operator: &impl Rows, interpolation: Option<Interpolation>) -> Level<K> {
+        let plane = || Plane::new(operator.width(), operator.height());
+        Level { interpolation, x: plane(), b: plane(), rest: plane() }
     }
 
-    fn relax(&mut self, smoother: Smoother, forward: bool) {
-        let (width, height) = (self.operator.width(), self.operator.height());
-        let Level { operator, inverse, x, b, .. } = self;
-        let node = |i: usize, j: usize, south: &[[f32; K]], row: &mut [[f32; K]], north: &[[f32; K]]| {
-            let a = operator.at(i, j);
-            let (inverse, b) = (inverse[j * width + i], b.padded_row(j as isize)[i + 1]);
-            // The node's own term is left out of the sum.
-            let own = row[i + 1];
-            let product = crate::stencil::dot(a, i, south, row, north);
-            row[i + 1] = std::array::from_fn(|k| own[k] + (b[k] - product[k]) * inverse);
-        };
-        match smoother {
-            Smoother::FourColours => {
-                // (odd row, odd column): the red ones of a chessboard, then the black ones.
-                let colours = [(false, 0), (true, 1), (false, 1), (true, 0)];
-                for k in 0..colours.len() {
-                    let (odd, first) = colours[if forward { k } else { colours.len() - 1 - k }];
-                    x.update_parity(odd, |j, row, beside| {
-                        for i in (first..width).step_by(2) {
-                            node(i, j, beside.south(), row, beside.north());
+    /// x ← x + (b − A·x) / diagonal over the nodes of row parity `odd` and column parity `first`.
+    fn relax_colour(&mut self, operator: &impl Rows, odd: bool, first: usize) {
+        let (width, b) = (operator.width(), &self.b);
+        self.x.update_parity(odd, |j, fields, beside, product| {
+            product.resize(width, 0.0);
+            let (inverse, product) = (&operator.inverse(j)[..width], &mut product[..width]);
+            for (k, row) in fields.into_iter().enumerate() {
+                operator.product(j, [beside.south(k), &*row, beside.north(k)], product);
+                let (x, b) = (&mut row[1..=width], &b.row(j as isize, k)[1..=width]);
+                wide(
+                    #[inline(always)]
+                    || {
+                        // All are computed and every other one is kept: that is wider than picking them out.
+                        for i in 0..width {
+                            let change = (b[i] - product[i]) * inverse[i];
+                            x[i] += if i & 1 == first { change } else { 0.0 };
                         }
-                    });
+                    },
+                );
+            }
+        });
+    }
+    /// The first colour from x = 0.
+    fn start(&mut self, operator: &impl Rows) {
+        let b = &self.b;
+        self.x.update(|j, fields, _| {
+            let inverse = operator.inverse(j);
+            for (k, row) in fields.into_iter().enumerate() {
+                row.fill(0.0);
+                if j % 2 == 0 {
+                    let nodes = row[1..].iter_mut().zip(&b.row(j as isize, k)[1..]).zip(inverse);
+                    wide(
+                        #[inline(always)]
+                        || {
+                            nodes
+                                .enumerate()
+                                .for_each(|(i, ((x, b), inverse))| *x = if i & 1 == 0 { b * inverse } else { 0.0 })
+                        },
+                    );
                 }
             }
-            Smoother::FourDirections => {
-                let corners = [(true, true), (false, false), (true, false), (false, true)];
-                for k in 0..corners.len() {
-                    let (east, north) = corners[if forward { k } else { corners.len() - 1 - k }];
-                    for k in 0..height {
-                        let j = if north { k } else { height - 1 - k };
-                        x.update_row(j, |row, beside| {
-                            let (south, north) = (beside.south(), beside.north());
-                            if east {
-                                (0..width).for_each(|i| node(i, j, south, row, north));
-                            } else {
-                                (0..width).rev().for_each(|i| node(i, j, south, row, north));
-                            }
-                        });
-                    }
+        });
+    }
+    /// Gauss–Seidel from one corner over the nodes that carry values along a direction.
+    fn sweep(&mut self, operator: &impl Rows, from_east: bool, from_north: bool) {
+        let (height, b) = (operator.height(), &self.b);
+        for step in 0..height {
+            let j = if from_north { height - 1 - step } else { step };
+            self.x.update_row(j, |fields, beside| {
+                for (k, row) in fields.into_iter().enumerate() {
+                    operator.sweep(j, from_east, b.row(j as isize, k), [beside.south(k), beside.north(k)], row);
                 }
-            }
+            });
         }
+    }
+    fn relax(&mut self, operator: &impl Rows, smoother: Smoother, forward: bool) {
+        // (odd row, odd column): the red ones of a chessboard, then the black ones.
+        let colours = [(false, 0), (true, 1), (false, 1), (true, 0)];
+        let corners = [(false, false), (true, true), (false, true), (true, false)];
+        let colour = |level: &mut Level<K>, (odd, first)| level.relax_colour(operator, odd, first);
+        let corner = |level: &mut Level<K>, (east, north)| level.sweep(operator, east, north);
+        let directions = smoother == Smoother::FourDirections;
+        if forward {
+            // `start` did the first.
+            colours.into_iter().skip(1).for_each(|at| colour(self, at));
+            // Before the coarse correction alone: after it as well they cost more than they save.
+            corners.into_iter().filter(|_| directions).for_each(|at| corner(self, at));
+        } else {
+            colours.into_iter().rev().for_each(|at| colour(self, at));
+        }
+    }
+    /// Relaxes from x = 0 and gives the coarse level what is left.
+    fn before(&mut self, operator: &impl Rows, smoother: Smoother, coarse: &mut Plane<f32, K>) {
+        self.start(operator);
+        self.relax(operator, smoother, true);
+        let Level { interpolation, x, b, rest } = self;
+        let width = operator.width();
+        rest.update(|j, fields, _| {
+            for (k, row) in fields.into_iter().enumerate() {
+                let row = &mut row[1..=width];
+                operator.product(j, x.beside(j, k), row);
+                wide(
+                    #[inline(always)]
+                    || row.iter_mut().zip(&b.row(j as isize, k)[1..]).for_each(|(rest, b)| *rest = b - *rest),
+                );
+            }
+        });
+        interpolation.iter().for_each(|interpolation| interpolation.restrict(rest, coarse));
+    }
+    /// Adds the coarse correction and relaxes.
+    fn after(&mut self, operator: &impl Rows, smoother: Smoother, coarse: &Plane<f32, K>) {
+        let Level { interpolation, x, .. } = self;
+        if let Some(interpolation) = interpolation {
+            x.update(|j, fields, _| {
+                fields.into_iter().enumerate().for_each(|(k, row)| interpolation.add_row(coarse, j, k, row));
+            });
+        }
+        self.relax(operator, smoother, false);
+    }
+    fn bytes(&self) -> usize {
+        let interpolation = self.interpolation.as_ref().map_or(0, Interpolation::bytes);
+        interpolation + self.x.bytes() + self.b.bytes() + self.rest.bytes()
     }
 }
 
@@ -98,54 +156,60 @@ impl<const K: usize> Level<K> {
 #[error("the coarsest operator is singular: some part of the field is held by no value")]
 pub struct Singular;
 
-impl<const K: usize> Cycle<K> {
+impl<'a, const K: usize> Cycle<'a, K> {
     /// The hierarchy below `finest`.
     ///
     /// # Errors
     /// [`Singular`].
-    pub fn new(finest: Stencil<f32>, smoother: Smoother) -> Result<Cycle<K>, Singular> {
-        let mut levels = Vec::new();
-        let mut operator = finest;
+    pub fn new(finest: &'a Equations, smoother: Smoother) -> Result<Cycle<'a, K>, Singular> {
+        // Even a small raster has one coarser: only that can be factored.
+        let interpolation = Interpolation::of(finest);
+        let mut operator = interpolation.coarse_operator(finest);
+        let fine = Level::new(finest, Some(interpolation));
+        let mut coarse = Vec::new();
         while operator.width().min(operator.height()) > COARSEST {
             let interpolation = Interpolation::of(&operator);
-            let coarse = interpolation.coarse_operator(&operator);
-            levels.push(Level::new(operator, Some(interpolation)));
-            operator = coarse;
+            let next = interpolation.coarse_operator(&operator);
+            let level = Level::new(&operator, Some(interpolation));
+            coarse.push((operator, level));
+            operator = next;
         }
         let coarsest = Factors::of(&operator).ok_or(Singular)?;
-        levels.push(Level::new(operator, None));
-        Ok(Cycle { smoother, levels, coarsest })
+        let level = Level::new(&operator, None);
+        coarse.push((operator, level));
+        Ok(Cycle { smoother, finest, fine, coarse, coarsest })
+    }
+    /// What is to be corrected: the residual is written here.
+    pub fn residual(&mut self) -> &mut Plane<f32, K> {
+        &mut self.fine.b
+    }
+    /// The residual, and the correction A⁻¹·residual, nearly.
+    pub fn correction(&self) -> (&Plane<f32, K>, &Plane<f32, K>) {
+        (&self.fine.b, &self.fine.x)
+    }
+    /// What it takes, bytes.
+    pub fn bytes(&self) -> usize {
+        let coarse: usize = self.coarse.iter().map(|(operator, level)| operator.bytes() + level.bytes()).sum();
+        self.fine.bytes() + coarse
     }
 
-    /// `correction` ≈ A⁻¹·`residual`.
-    pub fn apply(&mut self, residual: &Plane<f64, K>, correction: &mut Plane<f64, K>) {
-        self.levels[0].b.assign(residual);
-        self.descend(0);
-        correction.assign(&self.levels[0].x);
-    }
-
-    /// Solves level `l` for its `b`, from x = 0, by one cycle.
-    fn descend(&mut self, l: usize) {
+    /// Corrects for the residual by one cycle from 0.
+    pub fn apply(&mut self) {
         let smoother = self.smoother;
-        if l + 1 == self.levels.len() {
-            let level = &mut self.levels[l];
-            self.coarsest.solve(&level.b, &mut level.x);
-            return;
+        self.fine.before(self.finest, smoother, &mut self.coarse[0].1.b);
+        let last = self.coarse.len() - 1;
+        for l in 0..last {
+            let (fine, coarse) = self.coarse.split_at_mut(l + 1);
+            let (operator, level) = &mut fine[l];
+            level.before(operator, smoother, &mut coarse[0].1.b);
         }
-        let (fine, coarse) = self.levels.split_at_mut(l + 1);
-        let (level, next) = (&mut fine[l], &mut coarse[0]);
-        level.x.clear();
-        level.relax(smoother, true);
-        level.operator.residual(&level.x, Some(&level.b), &mut level.rest);
-        if let Some(interpolation) = &level.interpolation {
-            interpolation.restrict(&level.rest, &mut next.b);
+        let Level { x, b, .. } = &mut self.coarse[last].1;
+        self.coarsest.solve(b, x);
+        for l in (0..last).rev() {
+            let (fine, coarse) = self.coarse.split_at_mut(l + 1);
+            let (operator, level) = &mut fine[l];
+            level.after(operator, smoother, &coarse[0].1.x);
         }
-        self.descend(l + 1);
-        let (fine, coarse) = self.levels.split_at_mut(l + 1);
-        let (level, next) = (&mut fine[l], &coarse[0]);
-        if let Some(interpolation) = &level.interpolation {
-            interpolation.add_to(&next.x, &mut level.x);
-        }
-        level.relax(smoother, false);
+        self.fine.after(self.finest, smoother, &self.coarse[0].1.x);
     }
 }

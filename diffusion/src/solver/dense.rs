@@ -1,7 +1,8 @@
 //! The coarsest operator, a few dozen nodes, solved directly by Gaussian elimination with row exchanges.
 
+use super::rows::{Rows, STEPS};
+use super::stencil::Stencil;
 use crate::plane::Plane;
-use crate::stencil::{STEPS, Stencil};
 
 /// L and U of a row-permuted matrix, in one square.
 #[derive(Clone, Debug)]
@@ -15,7 +16,7 @@ pub struct Factors {
 
 impl Factors {
     /// Factors the operator; `None` where a pivot vanishes beside the largest coefficient.
-    pub fn of(operator: &Stencil<f32>) -> Option<Factors> {
+    pub fn of(operator: &Stencil) -> Option<Factors> {
         let (width, height) = (operator.width(), operator.height());
         let n = width * height;
         let mut lu = vec![0.0; n * n];

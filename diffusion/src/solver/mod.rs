@@ -3,10 +3,15 @@
 pub mod cascade;
 pub mod cycle;
 mod dense;
+pub mod equations;
 pub mod guided;
+pub mod held;
 mod interpolation;
 pub mod krylov;
 pub mod laplace;
+mod rows;
+mod stencil;
+pub mod variational;
 
 /// A field could not be solved for.
 #[derive(Debug, thiserror::Error)]

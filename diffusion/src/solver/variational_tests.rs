@@ -1,0 +1,75 @@
+use super::*;
+use crate::solver::rows::{Rows, STEPS, index_of};
+
+const N: usize = 65;
+
+/// A plane that rises by `rise` along n, given on the border, asked for inside.
+fn plane_problem(degrees: f64, rise: f64, weight: f64) -> (Equations, Plane<f64, 1>, impl Fn(usize, usize) -> f64) {
+    let n = [libm::cos(degrees.to_radians()), libm::sin(degrees.to_radians())];
+    let plane = move |i: usize, j: usize| rise * (n[0] * i as f64 + n[1] * j as f64) * 2.0 + 50.0;
+    let border = |i: usize, j: usize| i == 0 || j == 0 || i == N - 1 || j == N - 1;
+    let constraint = |i: usize, j: usize| {
+        if border(i, j) {
+            Constraint::Elevation(plane(i, j))
+        } else {
+            Constraint::Slope(Slope::along(n, rise).unwrap())
+        }
+    };
+    let rows: Vec<Vec<(u32, Constraint)>> =
+        (0..N).map(|j| (0..N).map(|i| (i as u32, constraint(i, j))).collect()).collect();
+    let mut x = Plane::new(N, N);
+    (equations(2.0, weight, &rows, &mut x).unwrap(), x, plane)
+}
+
+#[test]
+fn planes_are_exact_in_any_direction_and_with_any_weight() {
+    for degrees in [0.0, 15.0, 30.0, 45.0, 100.0, 200.0, 300.0] {
+        for weight in [1.0, 10.0, 100.0] {
+            let (system, mut x, plane) = plane_problem(degrees, -0.5, weight);
+            let progress = solve(&system, &mut x, Stop { relative_residual: 1e-11, iterations: 100 }).unwrap();
+            assert!(progress.converged, "{degrees}°, {weight}: {:?}", progress.last());
+            for (i, j) in (0..N).flat_map(|j| (0..N).map(move |i| (i, j))) {
+                // Weights and directions are rounded to f32, over a rise of 90 m.
+                let error = (x.at(i, j)[0] - plane(i, j)).abs();
+                assert!(error < 1e-4, "{degrees}°, {weight}: {error} at ({i}, {j})");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_system_is_symmetric() {
+    let (system, ..) = plane_problem(35.0, 0.7, 40.0);
+    let mut rows = vec![vec![[0.0; 9]; N]; N];
+    rows.iter_mut().enumerate().for_each(|(j, row)| system.coefficients(j, row));
+    for (i, j) in (1..N - 1).flat_map(|j| (1..N - 1).map(move |i| (i, j))) {
+        for (k, (x, y)) in STEPS.into_iter().enumerate() {
+            let (p, q) = ((i as isize + x) as usize, (j as isize + y) as usize);
+            let (here, there) = (rows[j][i][k], rows[q][p][index_of((-x, -y))]);
+            assert!((here - there).abs() <= 1e-5 * rows[j][i][4], "({i}, {j}) {k}: {here}, {there}");
+        }
+    }
+}
+
+#[test]
+fn a_direction_turned_around_asks_for_the_same() {
+    let slope = |sign: f64| {
+        let rows: Vec<Vec<(u32, Constraint)>> = (0..N)
+            .map(|_| {
+                let at = |i: usize| match i {
+                    0 => Constraint::Elevation(10.0),
+                    1..=30 => Constraint::Slope(Slope::along([sign, 0.2 * sign], sign * 0.4).unwrap()),
+                    _ => Constraint::Free,
+                };
+                (0..N).map(|i| (i as u32, at(i))).collect()
+            })
+            .collect();
+        let mut x = Plane::new(N, N);
+        let system = equations(1.0, 10.0, &rows, &mut x).unwrap();
+        assert!(solve(&system, &mut x, Stop::default()).unwrap().converged);
+        x
+    };
+    let (forth, back) = (slope(1.0), slope(-1.0));
+    let difference = forth.iter(0).zip(back.iter(0)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(difference < 1e-4 && forth.at(30, 32)[0] > 15.0, "{difference}");
+}
