@@ -69,6 +69,8 @@ pub struct Equations {
     others: Vec<Vec<(u32, Other)>>,
     /// Whether any of them has weights across corners.
     across: bool,
+    /// Whether they carry values along a direction.
+    directed: bool,
 }
 
 impl Equations {
@@ -101,7 +103,11 @@ impl Equations {
             .collect();
         let corner = |(_, other): &(u32, Other)| [0, 2, 6, 8].iter().any(|&k| other.weights[k] != 0.0);
         let across = others.par_iter().any(|row| row.iter().any(corner));
-        Equations { width, height, inverse, others, across }
+        Equations { width, height, inverse, others, across, directed: false }
+    }
+    /// The same; equations of their own carry values along a direction, and relaxation follows it.
+    pub fn directed(self) -> Equations {
+        Equations { directed: true, ..self }
     }
     /// Whether the value of a node is given.
     pub fn is_given(&self, i: usize, j: usize) -> bool {
@@ -274,9 +280,9 @@ impl Rows for Equations {
             }
         }
     }
-    fn directed(&self, j: usize, out: &mut [bool]) {
+    fn follows(&self, j: usize, out: &mut [bool]) {
         out.fill(false);
-        self.others[j].iter().for_each(|(i, _)| out[*i as usize] = true);
+        self.others[j].iter().filter(|_| self.directed).for_each(|(i, _)| out[*i as usize] = true);
     }
     fn uniform(&self, j: usize, out: &mut [bool]) {
         let n = self.width;

@@ -173,7 +173,8 @@ pub fn equations(
                 constraint => Equation::Other(Row::of(*constraint, update, spacing, &exists).scaled(&exists)),
             };
         }
-    });
+    })
+    .directed();
     elevation.update(|j, [row], _| {
         for (i, constraint) in &constraints[j] {
             if let Constraint::Elevation(value) = constraint {

@@ -122,7 +122,7 @@ impl Interpolation {
             let mut flags = vec![vec![false; self.width]; rows.len()];
             for ((line, flags), &j) in lines.iter_mut().zip(&mut flags).zip(&rows) {
                 fine.coefficients(j, line);
-                fine.directed(j, flags);
+                fine.follows(j, flags);
             }
             let uniform = self.uniform(fine, cj);
             for ci in 0..self.coarse_width {

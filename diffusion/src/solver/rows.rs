@@ -26,7 +26,7 @@ pub trait Rows: Sync {
     /// The coefficients of row `j` between nodes whose value is not given; nodes whose value is given have 1 for themselves alone.
     fn coefficients(&self, j: usize, out: &mut [[f32; 9]]);
     /// Which nodes of row `j` carry values along a direction.
-    fn directed(&self, j: usize, out: &mut [bool]);
+    fn follows(&self, j: usize, out: &mut [bool]);
     /// Which nodes of row `j` have the plain Laplacian of four neighbours, none of which is given or outside.
     fn uniform(&self, j: usize, out: &mut [bool]);
 }

@@ -93,7 +93,7 @@ impl Rows for Stencil {
     fn coefficients(&self, j: usize, out: &mut [[f32; 9]]) {
         out.iter_mut().enumerate().for_each(|(i, out)| *out = self.at(i, j));
     }
-    fn directed(&self, j: usize, out: &mut [bool]) {
+    fn follows(&self, j: usize, out: &mut [bool]) {
         out.copy_from_slice(&self.directed[j * self.width..][..self.width]);
     }
     fn uniform(&self, _: usize, out: &mut [bool]) {

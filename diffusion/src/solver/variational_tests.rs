@@ -73,3 +73,23 @@ fn a_direction_turned_around_asks_for_the_same() {
     let difference = forth.iter(0).zip(back.iter(0)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(difference < 1e-4 && forth.at(30, 32)[0] > 15.0, "{difference}");
 }
+
+#[test]
+fn iterations_do_not_depend_on_where_bands_lie() {
+    // Bands to both sides of a given line, at odd and even rows, square and aslant.
+    for (row, degrees) in [(48, 0.0), (49, 0.0), (48, 3.0), (51, 40.0)] {
+        let n = [libm::sin(f64::to_radians(degrees)), libm::cos(f64::to_radians(degrees))];
+        let at = |i: usize, j: usize| match j.abs_diff(row) {
+            _ if !(20..=80).contains(&i) => Constraint::Free,
+            0 => Constraint::Elevation(10.0),
+            1..=20 => Constraint::Slope(Slope::along(n, -0.4).unwrap()),
+            _ => Constraint::Free,
+        };
+        let rows: Vec<Vec<(u32, Constraint)>> =
+            (0..101).map(|j| (0..101).map(|i| (i as u32, at(i, j))).collect()).collect();
+        let mut x = Plane::new(101, 101);
+        let system = equations(1.0, 10.0, &rows, &mut x).unwrap();
+        let progress = solve(&system, &mut x, Stop::default()).unwrap();
+        assert!(progress.converged && progress.iterations() <= 20, "{row}, {degrees}°: {:?}", progress.residuals);
+    }
+}
