@@ -7,6 +7,7 @@ mod found;
 pub mod generate;
 pub mod genevaux2015;
 pub mod hnaidi2010;
+pub mod landscapes;
 pub mod layers;
 mod memory;
 pub mod model;
