@@ -117,8 +117,17 @@ pub fn diffuse(curves: &[Curve], domain: Domain, settings: &Settings) -> Result<
     if matches!(settings.solver, Solver::Paper | Solver::Corrected) {
         return cascade::run(curves, domain, settings.solver.update());
     }
-    let raster = rasterise(curves, &domain);
-    let mut solve = Solve { raster, domain, settings, reports: Vec::new() };
+    converge(&rasterise(curves, &domain), domain, settings, None)
+}
+
+/// Solves for what a raster holds its nodes to, from the fields of another on the same domain if there is one.
+pub(crate) fn converge(
+    raster: &Raster,
+    domain: Domain,
+    settings: &Settings,
+    start: Option<&Fields>,
+) -> Result<Fields, SolveError> {
+    let mut solve = Solve { raster, domain, settings, start, reports: Vec::new() };
     let [amplitude, roughness] = solve.noise()?;
     let gradient = solve.gradient()?;
     let elevation = solve.elevation(&gradient)?;
@@ -127,9 +136,11 @@ pub fn diffuse(curves: &[Curve], domain: Domain, settings: &Settings) -> Result<
 
 /// What solves share.
 struct Solve<'a> {
-    raster: Raster,
+    raster: &'a Raster,
     domain: Domain,
     settings: &'a Settings,
+    /// The first guess.
+    start: Option<&'a Fields>,
     reports: Vec<Report>,
 }
 
@@ -139,14 +150,19 @@ impl Solve<'_> {
         &mut self,
         field: &'static str,
         given: impl Fn(&Node) -> Option<[f64; K]> + Sync,
+        guess: impl Fn(&Fields, usize) -> [f64; K] + Sync,
     ) -> Result<Plane<f64, K>, SolveError> {
         let start = Instant::now();
         let Domain { width, height, .. } = self.domain;
-        let raster = &self.raster;
+        let raster = self.raster;
         let given = |j: usize| raster.row(j).iter().filter_map(|(i, node)| Some((*i as usize, given(node)?)));
         let equations = Equations::new(width, height, |j, row| given(j).for_each(|(i, _)| row[i] = Equation::Given));
         let mut values = Plane::new(width, height);
         values.update(|j, rows: [&mut [f64]; K], _| {
+            for (fields, i) in self.start.iter().flat_map(|fields| (0..width).map(move |i| (fields, i))) {
+                let guess = guess(fields, j * width + i);
+                (0..K).for_each(|k| rows[k][i + 1] = guess[k]);
+            }
             given(j).for_each(|(i, given)| (0..K).for_each(|k| rows[k][i + 1] = given[k]));
         });
         let progress = laplace::diffuse(&equations, &mut values, self.settings.stop)?;
@@ -171,7 +187,8 @@ impl Solve<'_> {
             let nothing = vec![0.0; self.domain.width * self.domain.height];
             return Ok([nothing.clone(), nothing]);
         }
-        let values = self.laplace("amplitude, roughness", given)?;
+        let guess = |fields: &Fields, node: usize| [fields.amplitude[node], fields.roughness[node]];
+        let values = self.laplace("amplitude, roughness", given, guess)?;
         Ok([0, 1].map(|k| values.field(k)))
     }
 
@@ -183,7 +200,9 @@ impl Solve<'_> {
         let conflict = |node: &Node| node.guides > 1 && (node.elevations == 0 || smoothing > 0.0);
         let guided = self.raster.nodes().any(|node| node.guides == 1);
         let needed = whole_gradient || self.raster.nodes().any(conflict);
-        let values = if guided && needed { Some(self.laplace("gradient: norm, direction", given)?) } else { None };
+        let guess = |fields: &Fields, node: usize| fields.gradient[node].map(f64::from);
+        let values =
+            if guided && needed { Some(self.laplace("gradient: norm, direction", given, guess)?) } else { None };
         let width = self.domain.width;
         let mut gradient = vec![[0.0; 3]; width * self.domain.height];
         gradient.par_chunks_mut(width).enumerate().for_each(|(j, row)| {
@@ -223,10 +242,16 @@ impl Solve<'_> {
             .collect();
         let any = |is: &dyn Fn(&Constraint) -> bool| constraints.iter().flatten().any(|(_, constraint)| is(constraint));
         if !any(&|constraint| !matches!(constraint, Constraint::Elevation(_))) {
-            let values = self.laplace("elevation", |node| (node.elevations > 0).then_some([node.elevation]))?;
+            let given = |node: &Node| (node.elevations > 0).then_some([node.elevation]);
+            let values = self.laplace("elevation", given, |fields, node| [fields.elevation[node]])?;
             return Ok(values.field(0));
         }
         let mut values = Plane::new(width, height);
+        if let Some(start) = self.start {
+            values.update(|j, [row]: [&mut [f64]; 1], _| {
+                row[1..=width].copy_from_slice(&start.elevation[j * width..][..width]);
+            });
+        }
         if self.settings.solver == Solver::Variational {
             let equations = variational::equations(spacing, self.settings.slope_weight, &constraints, &mut values)?;
             drop(constraints);

@@ -2,6 +2,7 @@
 
 pub mod curve;
 pub mod detail;
+pub mod edit;
 pub mod fields;
 pub mod landscape;
 pub mod plane;

@@ -9,6 +9,7 @@
 use crate::curve::Curve;
 use glam::DVec2;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A raster of square cells; node (i, j) lies at origin + spacing·(i, j), row 0 in the south.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,16 +153,42 @@ impl Raster {
 
 /// The raster of nodes that `curves` make.
 pub fn rasterise(curves: &[Curve], domain: &Domain) -> Raster {
+    Raster { width: domain.width, rows: draw(curves, domain, 0..domain.height) }
+}
+
+impl Raster {
+    /// Draws `rows` anew and returns them as they were.
+    pub fn redraw(&mut self, curves: &[Curve], domain: &Domain, rows: Range<usize>) -> Vec<Vec<(u32, Node)>> {
+        let drawn = draw(curves, domain, rows.clone());
+        self.rows.splice(rows, drawn).collect()
+    }
+    /// Puts rows back as [`Raster::redraw`] returned them.
+    pub fn restore(&mut self, rows: Range<usize>, before: Vec<Vec<(u32, Node)>>) {
+        self.rows.splice(rows, before);
+    }
+}
+
+/// The rows of a domain in which a curve may want something.
+pub fn rows_of(curve: &Curve, domain: &Domain) -> Range<usize> {
+    let reach = curve.reach() + domain.spacing;
+    let ordinates = curve.control().iter().map(|p| p.y - domain.origin.y);
+    let low = ordinates.clone().fold(f64::INFINITY, f64::min) - reach;
+    let high = ordinates.fold(f64::NEG_INFINITY, f64::max) + reach;
+    let index = |metres: f64| (metres / domain.spacing).clamp(0.0, domain.height as f64) as usize;
+    index(low)..(index(high) + 1).min(domain.height)
+}
+
+/// The nodes of some rows. Bands of rows are independent: a node's answer does not depend on the band it is in.
+fn draw(curves: &[Curve], domain: &Domain, rows: Range<usize>) -> Vec<Vec<(u32, Node)>> {
     let strips: Vec<Strip<'_>> = curves.iter().map(|curve| Strip::new(curve, domain)).collect();
-    // Bands of rows are independent: a node's answer does not depend on the band it is in.
     const BAND: usize = 64;
-    let bands = domain.height.div_ceil(BAND);
-    let rows = (0..bands).into_par_iter().flat_map_iter(|band| {
-        let height = BAND.min(domain.height - band * BAND);
-        let mut nodes = vec![Node::default(); height * domain.width];
+    let bands = rows.len().div_ceil(BAND);
+    let drawn = (0..bands).into_par_iter().flat_map_iter(|band| {
+        let first = rows.start + band * BAND;
+        let mut nodes = vec![Node::default(); BAND.min(rows.end - first) * domain.width];
         let mut best = vec![None; nodes.len()];
         for strip in &strips {
-            strip.draw(domain, band * BAND, &mut nodes, &mut best);
+            strip.draw(domain, first, &mut nodes, &mut best);
         }
         let wanted = |node: &Node| *node != Node::default();
         let row = |row: &[Node]| {
@@ -172,7 +199,7 @@ pub fn rasterise(curves: &[Curve], domain: &Domain) -> Raster {
         };
         nodes.chunks(domain.width).map(row).collect::<Vec<_>>()
     });
-    Raster { width: domain.width, rows: rows.collect() }
+    drawn.collect()
 }
 
 /// One curve's chords, and how far to each side of them nodes are concerned.

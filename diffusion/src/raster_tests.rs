@@ -145,7 +145,7 @@ fn a_closed_curve_has_no_gap_where_it_closes() {
     // A drop whose tip, where it starts and ends, bends by a right angle.
     let control =
         vec![v(30.0, 50.0), v(50.0, 70.0), v(80.0, 65.0), v(80.0, 50.0), v(80.0, 35.0), v(50.0, 30.0), v(30.0, 50.0)];
-    let nodes = rasterise(&[Curve::new(control, points(true)).unwrap()], &Domain::square(100.0, 101));
+    let nodes = rasterise(&[Curve::new(control, points(true)).unwrap()], &Domain::square(100.0, 101)).dense();
     let around_the_tip = |radius: f64| {
         (0..=32).map(move |k| {
             let angle = (135.0 + 90.0 * f64::from(k) / 32.0).to_radians();

@@ -123,7 +123,7 @@ impl Equations {
         4 * self.inverse.len() + others
     }
     /// `residual` = c − A·F, 0 where values are given; returns Σ residual² of each field.
-    pub fn residual<const K: usize>(&self, values: &Plane<f64, K>, residual: &mut Plane<f32, K>) -> [f64; K] {
+    pub fn residual<T: Float, const K: usize>(&self, values: &Plane<f64, K>, residual: &mut Plane<T, K>) -> [f64; K] {
         let squares = residual.update(|j, fields, _| {
             let mut product = vec![0.0; self.width];
             let mut squares = [0.0; K];
@@ -135,7 +135,7 @@ impl Equations {
                 squares[k] = wide(
                     #[inline(always)]
                     || {
-                        row[1..].iter_mut().zip(&product).for_each(|(to, product)| *to = -product as f32);
+                        row[1..].iter_mut().zip(&product).for_each(|(to, product)| *to = T::of(-product));
                         dot(&product, &product)
                     },
                 );

@@ -34,3 +34,6 @@ pub enum SolveError {
     #[error(transparent)]
     Singular(#[from] cycle::Singular),
 }
+
+#[cfg(test)]
+mod direct_tests;
