@@ -1,6 +1,6 @@
 //! The same curves on coarse and on fine rasters: whether they are the same terrain, by solver.
 
-use super::curves::{Kind, SIDE, largest_difference, random, rms_difference};
+use super::curves::{Kind, SIDE, largest_difference, random, range, rms_difference};
 use super::models::load;
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Axis, Cell, Outcome, Plot, Style, Table};
@@ -58,6 +58,13 @@ fn thinned(values: &[f64], nodes: usize, step: usize) -> Vec<f64> {
     places.map(|(i, j)| values[j * nodes + i]).collect()
 }
 
+/// The share of nodes that differ by more than a hundredth of the range.
+fn share_off(coarse: &[f64], fine: &[f64]) -> f64 {
+    let [low, high] = range(fine);
+    let off = coarse.iter().zip(fine).filter(|(a, b)| (*a - *b).abs() > 0.01 * (high - low)).count();
+    off as f64 / fine.len() as f64
+}
+
 fn solve(curves: &[Curve], domain: Domain, solver: Solver) -> Result<Vec<f64>, ExperimentError> {
     let settings = Settings { solver, ..Settings::default() };
     Ok(diffuse(curves, domain, &settings).map_err(ExperimentError::failed)?.elevation)
@@ -71,7 +78,8 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         .column("solver")
         .column("nodes a side")
         .column("largest")
-        .column("rms");
+        .column("rms")
+        .column("nodes off by more than 1 %");
     let mut worst = vec![vec![0.0f64; sizes.len()]; Solver::ALL.len()];
     let cases = cases(ctx.seed_for("curves"))?;
     let progress = ctx.progress("curves", cases.len() as u64);
@@ -86,12 +94,15 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
                 let prefix = format!("{name}.{nodes}.{}", solver.name());
                 outcome.metric(&format!("{prefix}.max_difference_of_range"), largest)?;
                 outcome.metric(&format!("{prefix}.rms_difference_of_range"), rms)?;
+                let off = share_off(&coarse, &fine);
+                outcome.metric(&format!("{prefix}.share_off_by_a_hundredth"), off)?;
                 table.row([
                     Cell::from(*name),
                     Cell::from(solver.name()),
                     Cell::count(nodes as u64),
                     Cell::number(100.0 * largest, "%", 3),
                     Cell::number(100.0 * rms, "%", 3),
+                    Cell::number(100.0 * off, "%", 3),
                 ]);
             }
         }

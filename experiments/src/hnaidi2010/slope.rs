@@ -280,6 +280,10 @@ fn width_plot(ctx: &Context, outcome: &mut Outcome) -> Result<(), ExperimentErro
         for &band in widths {
             let error = 100.0 * drop_error(solver, degrees, 30.0, band)?.0;
             outcome.metric(&format!("{}.{degrees}.width_{band}.drop_error_percent", solver.name()), error)?;
+            outcome.metric(
+                &format!("{}.{degrees}.width_{band}.shortfall_cells", solver.name()),
+                -0.01 * error * band as f64,
+            )?;
             points.push((band as f64, error.abs().max(1e-3)));
         }
         plot = plot.series(&format!("corrected update, converged, {degrees}°"), Style::LineAndPoints, points);
