@@ -269,8 +269,11 @@ impl Solve<'_> {
                 }
             }
         }
-        for node in held::adrift(width, height, &slopes, given) {
-            constraints[node / width].retain(|(i, _)| *i as usize != node % width);
+        for node in held::adrift(width, height, &slopes, &given) {
+            let row = &mut constraints[node / width];
+            if let Ok(found) = row.binary_search_by_key(&(node % width), |(i, _)| *i as usize) {
+                row[found].1 = Constraint::Free;
+            }
         }
         drop(slopes);
         let equations = guided::equations(spacing, self.settings.solver.update(), &constraints, &mut values)?;

@@ -146,12 +146,20 @@ impl<T: Float, const K: usize> Plane<T, K> {
             })
             .collect()
     }
-    /// Calls `row(padded fields of row j, the rows beside it)` for one row.
-    pub fn update_row(&mut self, j: usize, row: impl FnOnce([&mut [T]; K], Neighbours<'_, T, K>)) {
-        let (stride, s) = (self.width + 2, j + 1);
+    /// Calls `band` for every band of `rows` rows, an even number, in parallel; each sees the rows beside its own as they were before.
+    pub fn update_bands(&mut self, rows: usize, band: impl Fn(&mut Band<'_, T, K>) + Sync) {
+        let (row, height) = (K * (self.width + 2), self.height);
+        let bands = height.div_ceil(rows);
+        // Row j is stored as j + 1: a band's rows are those from an odd one on, and the two beside it belong to others.
+        let beside = |s: usize| self.rows[s & 1][(s >> 1) * row..][..row].to_vec();
+        let ghosts: Vec<[Vec<T>; 2]> =
+            (0..bands).map(|b| [beside(b * rows), beside(((b + 1) * rows).min(height) + 1)]).collect();
         let [even, odd] = &mut self.rows;
-        let (written, rows) = if s & 1 == 0 { (even, [&[][..], odd]) } else { (odd, [&even[..], &[]]) };
-        row(fields(&mut written[(s >> 1) * K * stride..][..K * stride]), Neighbours { rows, stride, s });
+        let (even, odd) = (even[row..].par_chunks_mut(rows / 2 * row), odd.par_chunks_mut(rows / 2 * row));
+        even.zip(odd).zip(ghosts).enumerate().for_each(|(b, ((even, odd), ghosts))| {
+            let (first, end) = (b * rows, ((b + 1) * rows).min(height));
+            band(&mut Band { stored: [odd, even], ghosts, first, end, row });
+        });
     }
     /// Calls `row(j, padded fields of row j, scratch)` for every row, in parallel, and returns what it returned, by row.
     pub fn update<R: Send>(&mut self, row: impl Fn(usize, [&mut [T]; K], &mut Vec<T>) -> R + Sync) -> Vec<R> {
@@ -207,6 +215,40 @@ pub fn dot<T: Float>(a: &[T], b: &[T]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
+/// Some rows of a plane that are updated one after the other.
+#[derive(Debug)]
+pub struct Band<'a, T, const K: usize> {
+    /// The rows of even distance from the first, and those of odd.
+    stored: [&'a mut [T]; 2],
+    /// The rows to the south and to the north, as they were.
+    ghosts: [Vec<T>; 2],
+    first: usize,
+    end: usize,
+    row: usize,
+}
+
+impl<T, const K: usize> Band<'_, T, K> {
+    /// Its rows.
+    pub fn rows(&self) -> std::ops::Range<usize> {
+        self.first..self.end
+    }
+    /// Calls `row(padded fields of row j, those of the rows to the south and to the north)`.
+    pub fn update(&mut self, j: usize, row: impl FnOnce([&mut [T]; K], [[&[T]; K]; 2])) {
+        let (at, n) = (j - self.first, self.row);
+        let [same, other] = &mut self.stored;
+        let (own, beside) = if at % 2 == 0 { (same, &**other) } else { (other, &**same) };
+        // Of the other kind the row before comes before the one after.
+        let before = (at + at % 2) / 2;
+        let south = if at == 0 { &self.ghosts[0][..] } else { &beside[(before - 1) * n..][..n] };
+        let north = if j + 1 == self.end { &self.ghosts[1][..] } else { &beside[before * n..][..n] };
+        let each = |stored| {
+            let mut fields = <[T]>::chunks_exact(stored, n / K);
+            std::array::from_fn(|_| fields.next().unwrap_or_default())
+        };
+        row(fields(&mut own[at / 2 * n..][..n]), [each(south), each(north)]);
+    }
+}
+
 /// The rows beside one that is being updated.
 #[derive(Clone, Copy, Debug)]
 pub struct Neighbours<'a, T, const K: usize> {
@@ -258,6 +300,23 @@ mod tests {
             assert!((0..2).all(|k| [-1, height as isize].iter().all(|&j| before.row(j, k).iter().all(|v| *v == 0.0))));
             let total: f64 = before.iter(0).map(|value| value * value).sum();
             assert_eq!((before.dot(&before), before.field(1)[0]), ([total; 2], -1.0));
+            for rows in [2, 4, 8] {
+                let mut copy = before.clone();
+                copy.update_bands(rows, |band| {
+                    assert_eq!(band.rows().start % rows, 0);
+                    for j in band.rows() {
+                        band.update(j, |fields, [south, north]| {
+                            for k in 0..2 {
+                                assert_eq!([south[k], &*fields[k], north[k]], before.beside(j, k));
+                            }
+                        });
+                    }
+                    let last = band.rows().end - 1;
+                    band.update(last, |fields, _| fields.into_iter().for_each(|row| row[1] = -1.0));
+                });
+                let written = |j: usize| copy.at(0, j) == [-1.0; 2];
+                assert!((0..height).all(|j| written(j) == ((j + 1) % rows == 0 || j + 1 == height)));
+            }
             assert!(plane.update(|j, _, _| j).into_iter().eq(0..height));
             let mut narrow = Plane::<f32, 2>::new(width, height);
             narrow.assign(&before);

@@ -17,6 +17,8 @@ pub enum Smoother {
     FourDirections,
 }
 
+/// Bands of rows in which values are carried along a direction, each beside the others.
+const BANDS: usize = 8;
 /// Below this many nodes along the shorter side the operator is factored.
 const COARSEST: usize = 5;
 
@@ -91,15 +93,19 @@ impl<const K: usize> Level<K> {
     }
     /// Gauss–Seidel from one corner over the nodes that carry values along a direction.
     fn sweep(&mut self, operator: &impl Rows, from_east: bool, from_north: bool) {
-        let (height, b) = (operator.height(), &self.b);
-        for step in 0..height {
-            let j = if from_north { height - 1 - step } else { step };
-            self.x.update_row(j, |fields, beside| {
-                for (k, row) in fields.into_iter().enumerate() {
-                    operator.sweep(j, from_east, b.row(j as isize, k), [beside.south(k), beside.north(k)], row);
-                }
-            });
-        }
+        let b = &self.b;
+        // Bands are of the raster and not of the threads.
+        let rows = operator.height().div_ceil(2 * BANDS) * 2;
+        self.x.update_bands(rows, |band| {
+            for step in 0..band.rows().len() {
+                let j = if from_north { band.rows().end - 1 - step } else { band.rows().start + step };
+                band.update(j, |fields, [south, north]| {
+                    for (k, row) in fields.into_iter().enumerate() {
+                        operator.sweep(j, from_east, b.row(j as isize, k), [south[k], north[k]], row);
+                    }
+                });
+            }
+        });
     }
     fn relax(&mut self, operator: &impl Rows, smoother: Smoother, forward: bool) {
         // (odd row, odd column): the red ones of a chessboard, then the black ones.

@@ -11,6 +11,9 @@ use rayon::prelude::*;
 
 const BESIDE: [(isize, isize); 4] = [(0, -1), (-1, 0), (1, 0), (0, 1)];
 
+/// The coefficients of a plain node all of whose neighbours are solved for.
+const PLAIN: [f32; 9] = [0.0, -1.0, 0.0, -1.0, 4.0, -1.0, 0.0, -1.0, 0.0];
+
 /// What holds at a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Equation {
@@ -263,7 +266,13 @@ impl Rows for Equations {
         };
         let between = |i: usize, step: (isize, isize)| inside(i, step).is_some_and(|(p, q)| !self.is_given(p, q));
         let mut others = self.others[j].iter().peekable();
+        let mut uniform = vec![false; self.width];
+        self.uniform(j, &mut uniform);
         for (i, out) in out.iter_mut().enumerate() {
+            if uniform[i] {
+                *out = PLAIN;
+                continue;
+            }
             *out = [0.0; 9];
             if self.is_given(i, j) {
                 out[SELF] = 1.0;

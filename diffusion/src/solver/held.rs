@@ -8,40 +8,28 @@
 //! is left is free ground.
 
 use super::guided::Slope;
+use std::ops::Range;
 
 /// Rounds of four sweeps: a path that turns around more often is not followed to its end.
 const ROUNDS: usize = 4;
 
-/// Which of `slopes` lead from nothing, by node row by row, ascending as they are; at the nodes in `given` elevations are held.
-pub fn adrift(width: usize, height: usize, slopes: &[(usize, Slope)], given: Vec<usize>) -> Vec<usize> {
-    let n = width * height;
+/// Which of `slopes` lead from nothing, by node row by row, ascending as they are; at the nodes in `given`, ascending too, elevations are
+/// held, and the others are free ground.
+pub fn adrift(width: usize, height: usize, slopes: &[(usize, Slope)], given: &[usize]) -> Vec<usize> {
     if slopes.is_empty() {
         return Vec::new();
     }
-    let starts = |row: usize| slopes.partition_point(|(node, _)| *node < row * width);
-    let rows: Vec<std::ops::Range<usize>> = (0..height).map(|row| starts(row)..starts(row + 1)).collect();
+    let rows: Vec<Range<usize>> = (0..height)
+        .map(|row| [row, row + 1].map(|row| slopes.partition_point(|(node, _)| *node < row * width)))
+        .map(|[start, end]| start..end)
+        .collect();
+    let mut ground = Free::beside(width, height, slopes, given);
     // The chance to end somewhere that is held; of what is held it is 1.
-    let mut chance = vec![0.0f32; n];
-    let mut follows = vec![false; n];
-    slopes.iter().for_each(|(node, _)| follows[*node] = true);
-    let mut queue = given;
-    queue.iter().for_each(|&node| chance[node] = 1.0);
-    let beside = |node: usize| {
-        let (i, j) = (node % width, node / width);
-        let places = [(i > 0, node.wrapping_sub(1)), (i + 1 < width, node + 1)];
-        let rows = [(j > 0, node.wrapping_sub(width)), (j + 1 < height, node + width)];
-        places.into_iter().chain(rows).filter(|(inside, _)| *inside).map(|(_, node)| node)
-    };
+    let mut chance = vec![0.0f32; width * height];
+    given.iter().for_each(|&node| chance[node] = 1.0);
+    given.iter().for_each(|&node| ground.hold_beside(node));
     loop {
-        // Free ground is held by any neighbour that is.
-        while let Some(node) = queue.pop() {
-            for next in beside(node) {
-                if chance[next] < 1.0 && !follows[next] {
-                    chance[next] = 1.0;
-                    queue.push(next);
-                }
-            }
-        }
+        ground.spread(&mut chance);
         for _ in 0..ROUNDS {
             for (from_north, from_east) in [(false, false), (true, true), (false, true), (true, false)] {
                 let mut follow = |&(node, slope): &(usize, Slope)| {
@@ -60,16 +48,79 @@ pub fn adrift(width: usize, height: usize, slopes: &[(usize, Slope)], given: Vec
         }
         // Free ground beside slopes that lead from somewhere is held by them.
         for &(node, _) in slopes.iter().filter(|(node, _)| chance[*node] >= 0.5) {
-            for next in beside(node).filter(|&next| chance[next] == 0.0 && !follows[next]) {
-                queue.push(next);
-            }
+            ground.hold_beside(node);
         }
-        if queue.is_empty() {
+        if ground.queue.is_empty() {
             break;
         }
-        queue.iter().for_each(|&node| chance[node] = 1.0);
     }
     slopes.iter().map(|(node, _)| *node).filter(|&node| chance[node] < 0.5).collect()
+}
+
+/// Free ground as runs of columns, by row.
+struct Free {
+    width: usize,
+    runs: Vec<Vec<(Range<usize>, bool)>>,
+    /// Runs that have come to be held and whose neighbours do not know yet: row and place in it.
+    queue: Vec<(usize, usize)>,
+}
+
+impl Free {
+    fn beside(width: usize, height: usize, slopes: &[(usize, Slope)], given: &[usize]) -> Free {
+        let mut taken: Vec<usize> = slopes.iter().map(|(node, _)| *node).chain(given.iter().copied()).collect();
+        taken.sort_unstable();
+        let mut runs: Vec<Vec<(Range<usize>, bool)>> = vec![Vec::new(); height];
+        let mut taken = taken.into_iter().peekable();
+        for (row, runs) in runs.iter_mut().enumerate() {
+            let mut start = 0;
+            while let Some(node) = taken.next_if(|node| *node < (row + 1) * width) {
+                let column = node - row * width;
+                if start < column {
+                    runs.push((start..column, false));
+                }
+                start = column + 1;
+            }
+            if start < width {
+                runs.push((start..width, false));
+            }
+        }
+        Free { width, runs, queue: Vec::new() }
+    }
+    /// Holds the runs of a row that touch some columns.
+    fn hold(&mut self, row: usize, columns: Range<usize>) {
+        let runs = &mut self.runs[row];
+        let first = runs.partition_point(|(run, _)| run.end <= columns.start);
+        for (k, (_, held)) in
+            runs.iter_mut().enumerate().skip(first).take_while(|(_, (run, _))| run.start < columns.end)
+        {
+            if !std::mem::replace(held, true) {
+                self.queue.push((row, k));
+            }
+        }
+    }
+    /// Holds the free ground beside a node.
+    fn hold_beside(&mut self, node: usize) {
+        let (column, row) = (node % self.width, node / self.width);
+        self.hold(row, column.saturating_sub(1)..column + 2);
+        self.hold_rows(row, column..column + 1);
+    }
+    /// Holds the free ground to the south and north of some columns of a row.
+    fn hold_rows(&mut self, row: usize, columns: Range<usize>) {
+        if row > 0 {
+            self.hold(row - 1, columns.clone());
+        }
+        if row + 1 < self.runs.len() {
+            self.hold(row + 1, columns);
+        }
+    }
+    /// What is held holds the runs beside it.
+    fn spread(&mut self, chance: &mut [f32]) {
+        while let Some((row, run)) = self.queue.pop() {
+            let columns = self.runs[row][run].0.clone();
+            chance[row * self.width + columns.start..row * self.width + columns.end].fill(1.0);
+            self.hold_rows(row, columns);
+        }
+    }
 }
 
 /// The neighbours that a slope is read from: east or west, south or north.
@@ -100,7 +151,7 @@ mod tests {
         (0..N * N).filter_map(slope).collect()
     }
     fn dropped(field: &Field, given: Vec<usize>) -> usize {
-        adrift(N, N, field, given).len()
+        adrift(N, N, field, &given).len()
     }
 
     #[test]
