@@ -6,6 +6,8 @@ pub mod experiment;
 mod found;
 pub mod generate;
 pub mod genevaux2015;
+pub mod hnaidi2010;
+pub mod landscapes;
 pub mod layers;
 mod memory;
 pub mod model;
@@ -19,7 +21,7 @@ use experiment::Experiment;
 /// Every experiment, in the order of the report.
 pub fn experiments() -> Vec<&'static Experiment> {
     // The ledger comes last: it builds on what the others find.
-    [model::EXPERIMENTS, genevaux2015::EXPERIMENTS, claims::EXPERIMENTS].concat()
+    [model::EXPERIMENTS, genevaux2015::EXPERIMENTS, hnaidi2010::EXPERIMENTS, claims::EXPERIMENTS].concat()
 }
 
 /// The experiments that `ids` name, in the order of the report: an id, or a paper for all of its experiments.

@@ -21,6 +21,7 @@ pub const INPUTS: &[(&str, &str)] = &[
     ("papers/genevaux2015/verdicts.toml", verdicts::GENEVAUX2015),
     ("papers/hnaidi2010/claims.toml", ledger::HNAIDI2010),
     ("papers/hnaidi2010/tables.toml", tables::HNAIDI2010),
+    ("papers/hnaidi2010/verdicts.toml", verdicts::HNAIDI2010),
     ("papers/ledger/verdicts.toml", verdicts::LEDGER),
     ("papers/model/verdicts.toml", verdicts::MODEL),
     ("papers/paris2019/claims.toml", ledger::PARIS2019),

@@ -1,4 +1,4 @@
-//! `terrain`: evaluates, describes, samples, meshes and draws scenes, and converts rasters. Status 0 when it did, 1 when a file could
+//! `terrain`: evaluates, describes, samples, meshes and draws scenes, diffuses feature curves, and converts rasters. Status 0 when it did, 1 when a file could
 //! not be read, used or written, 2 when the command line could not be understood.
 
 use clap::{Parser, Subcommand};
@@ -7,10 +7,11 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 use terrain_experiments::scenes::SceneFileError;
 use terrain_experiments::verbs::{
-    VerbError, bake::Bake, convert::Convert, eval::Eval, generate::Generate, info::Info, mesh::Mesh, render::Render,
+    VerbError, bake::Bake, convert::Convert, diffuse::Diffuse, eval::Eval, generate::Generate, info::Info, mesh::Mesh,
+    render::Render,
 };
 
-/// Evaluates, describes, samples, meshes and draws terrain scenes, and converts rasters.
+/// Evaluates, describes, samples, meshes and draws terrain scenes, diffuses feature curves, and converts rasters.
 ///
 /// Lengths are metres: x east, y north, z up. Exit status: 0 done; 1 a file could not be read, used or written, with one
 /// line that says which, where and how to mend it; 2 the command line could not be understood.
@@ -33,6 +34,7 @@ enum Verb {
     Render(Render),
     Convert(Convert),
     Generate(Generate),
+    Diffuse(Diffuse),
 }
 
 fn main() -> ExitCode {
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
         Verb::Render(verb) => verb.run(),
         Verb::Convert(verb) => verb.run(),
         Verb::Generate(verb) => verb.run(),
+        Verb::Diffuse(verb) => verb.run(),
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build();
     let result = match pool {

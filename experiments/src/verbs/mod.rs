@@ -2,6 +2,7 @@
 
 pub mod bake;
 pub mod convert;
+pub mod diffuse;
 pub mod eval;
 pub mod generate;
 pub mod info;

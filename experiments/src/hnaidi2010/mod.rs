@@ -1,0 +1,26 @@
+//! Hnaidi et al. 2010: one module per table, figure or claim.
+
+mod convergence;
+mod cost;
+mod curves;
+mod figures;
+mod models;
+mod poisson;
+mod resolution;
+mod slope;
+mod table1;
+mod table2;
+
+use crate::experiment::Experiment;
+
+/// This paper's experiments, in the order of the report.
+pub const EXPERIMENTS: &[&Experiment] = &[
+    &table1::EXPERIMENT,
+    &table2::EXPERIMENT,
+    &cost::EXPERIMENT,
+    &resolution::EXPERIMENT,
+    &convergence::EXPERIMENT,
+    &slope::EXPERIMENT,
+    &poisson::EXPERIMENT,
+    &figures::EXPERIMENT,
+];

@@ -1,0 +1,155 @@
+//! `terrain diffuse` as a shell sees it, and what it writes as the other commands read it.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+use terrain_model::io;
+
+fn terrain(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_terrain")).args(arguments).output().unwrap()
+}
+
+fn ok(arguments: &[&str]) -> String {
+    let output = terrain(arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The one line of standard error of a run that must end with `status`, which must name everything in `parts`.
+fn one_line(status: i32, arguments: &[&str], parts: &[&str]) {
+    let output = terrain(arguments);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    for part in parts {
+        assert!(error.contains(part), "no `{part}` in: {error}");
+    }
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A ridge with noise on a plain of 1000 × 1000 m; `more` follows the last curve.
+fn curves(more: &str) -> String {
+    format!(
+        "(\n  format: \"terrain-curves/1\",\n  extent: (1000, 1000),\n  curves: [\n    (\"crest\", ridge(points: [(200, 500, 180), \
+         (800, 550, 120)], left: (250, -35), right: (250, -30), noise: (6, 0.5))),\n    (\"plain\", hill(points: [(0, 10, 20), (990, 0, \
+         20)], reach: 10, noise: (1, 0))),\n    {more}\n  ],\n)\n"
+    )
+}
+
+#[test]
+fn what_is_written_is_an_image_whose_nodes_have_its_elevations() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("a.ron"), folder.path().join("a.tif"));
+    std::fs::write(&file, curves("")).unwrap();
+    let said = ok(&["diffuse", text(&file), "--size", "65", "--out", text(&out), "--layers"]);
+    assert!(said.contains("elevation: ") && said.contains("iterations, relative residual") && said.contains("65 × 65"));
+    let grid = io::read_grid(&out).unwrap();
+    assert!(grid.is_metric() && (grid.width(), grid.height()) == (65, 65));
+
+    let scene = folder.path().join("scene.ron");
+    let layer = "image(file: \"a.tif\", margin: 20)";
+    std::fs::write(&scene, format!("(format: \"terrain-scene/1\", layers: {{ \"ground\": {layer} }})")).unwrap();
+    let nodes = [(7, 9), (20, 32), (32, 33), (50, 20), (60, 60)];
+    let places: Vec<String> =
+        nodes.iter().map(|(i, j)| format!("{},{}", i as f64 * 15.625, j as f64 * 15.625)).collect();
+    let arguments: Vec<&str> =
+        ["eval", text(&scene)].into_iter().chain(places.iter().flat_map(|place| ["--at", place.as_str()])).collect();
+    for (line, (i, j)) in ok(&arguments).lines().zip(nodes) {
+        let found: Value = serde_json::from_str(line).unwrap();
+        let (elevation, node) = (found["elevation"].as_f64().unwrap(), f64::from(grid.known(i, j).unwrap()));
+        assert!((elevation - node).abs() < 1e-9 * node.abs().max(1.0), "({i}, {j}): {elevation}, not {node}");
+        // Another node has another elevation: the comparison can tell.
+        assert!((elevation - f64::from(grid.known(j, i).unwrap())).abs() > 1e-3);
+    }
+
+    let layer = |name: &str| io::read_grid(&folder.path().join(format!("a-{name}.tif"))).unwrap();
+    let (smooth, detail) = (layer("smooth"), layer("detail"));
+    let sums = grid.values().iter().zip(smooth.values()).zip(detail.values());
+    assert!(sums.clone().all(|((whole, smooth), detail)| (whole - smooth - detail).abs() < 1e-4));
+    assert!(detail.values().iter().any(|detail| detail.abs() > 0.5));
+    for name in ["amplitude", "roughness", "gradient", "direction-x", "direction-y"] {
+        assert!(layer(name).values().iter().any(|value| *value != 0.0), "{name}");
+    }
+}
+
+#[test]
+fn every_solver_and_format_writes_and_compact_curves_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let compact = folder.path().join("a.curves");
+    let landscape = terrain_experiments::landscapes::builtin("fig5_ridge").unwrap();
+    std::fs::write(&compact, landscape.to_compact().unwrap()).unwrap();
+    for solver in ["paper", "corrected", "printed", "multigrid", "variational"] {
+        let out = folder.path().join(format!("{solver}.asc"));
+        ok(&["diffuse", text(&compact), "--size", "33", "--solver", solver, "--out", text(&out)]);
+    }
+    for extension in ["png", "raw", "r16", "exr", "glb"] {
+        let out = folder.path().join("a").with_extension(extension);
+        ok(&["diffuse", "builtin:fig7_crack", "--size", "33", "--out", text(&out)]);
+        assert!(std::fs::metadata(&out).unwrap().len() > 100, "{extension}");
+    }
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(read("paper.asc") != read("multigrid.asc"));
+}
+
+#[test]
+fn a_tolerance_that_is_not_met_is_said_after_the_file_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("a.tif");
+    let run = ["diffuse", "builtin:fig5_peak", "--size", "65", "--out", text(&out)];
+    let parts = ["a.tif: written", "relative residual", "iterations", "1e-6"];
+    one_line(1, &[&run[..], &["--solver", "paper", "--tolerance", "1e-6"]].concat(), &parts);
+    assert!(io::read_grid(&out).is_ok());
+    ok(&[&run[..], &["--solver", "paper"]].concat());
+    ok(&[&run[..], &["--tolerance", "1e-6"]].concat());
+}
+
+#[test]
+fn bad_curves_are_one_line_with_file_place_and_mend() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.ron");
+    let out = folder.path().join("a.tif");
+    let fails = |more: &str, parts: &[&str]| {
+        std::fs::write(&file, curves(more)).unwrap();
+        one_line(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], parts);
+    };
+    fails("(\"x\", ridge(points: [(1, 2, 3)", &["a.ron:", ":"]);
+    fails("(\"x\", hill(points: [(5, 5, 1), (5, 5, 1)], reach: 5)),", &["a.ron: curves[2] \"x\"", "expected"]);
+    fails(
+        "(\"x\", noise(points: [(5, 5), (90, 50)], amplitude: NaN, roughness: 0)),",
+        &["a.ron: curves[2] \"x\"", "amplitude"],
+    );
+    fails("(\"x\", noise(points: [(9e5, 5), (9e5, 50)], amplitude: 1, roughness: 0)),", &["outside"]);
+    let noise = "(format: \"terrain-curves/1\", extent: (9, 9), curves: [(\"n\", noise(points: [(1, 1), (8, 8)], amplitude: 1, \
+                 roughness: 0))])";
+    std::fs::write(&file, noise).unwrap();
+    one_line(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron", "no curve gives"]);
+    std::fs::write(&file, b"TCC1 and nothing more").unwrap();
+    one_line(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron: byte "]);
+    std::fs::write(&file, b"\xFF\xFE").unwrap();
+    one_line(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["byte 0", "UTF-8"]);
+    one_line(1, &["diffuse", "none.ron", "--size", "33", "--out", text(&out)], &["none.ron", "builtin:canyon"]);
+    one_line(1, &["diffuse", "builtin:none", "--size", "33", "--out", text(&out)], &["builtin:canyon"]);
+    one_line(1, &["diffuse", "builtin:fig7_hill", "--size", "33", "--out", "a.gif"], &["a.gif", ".asc"]);
+    assert!(!out.exists());
+    for bad in [["--size", "1"], ["--solver", "magic"], ["--tolerance", "0"]] {
+        let all = ["diffuse", "builtin:fig7_hill", "--size", "33", "--out", "a.tif"];
+        let arguments: Vec<&str> = all.into_iter().chain(bad).collect();
+        assert_eq!(terrain(&arguments).status.code(), Some(2), "{bad:?}");
+    }
+}
+
+#[test]
+fn the_raster_does_not_depend_on_the_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, threads: &str, scene: &str| {
+        let out = folder.path().join(name);
+        ok(&["diffuse", scene, "--size", "130", "--threads", threads, "--out", text(&out)]);
+        std::fs::read(out).unwrap()
+    };
+    let one = run("1.tif", "1", "builtin:fig5_peak");
+    assert!(one == run("2.tif", "2", "builtin:fig5_peak"));
+    assert!(one != run("3.tif", "2", "builtin:fig5_ridge"));
+}
