@@ -4,6 +4,7 @@ pub mod curve;
 pub mod detail;
 pub mod fields;
 pub mod landscape;
+pub mod landscapes;
 pub mod plane;
 pub mod presets;
 pub mod raster;
