@@ -90,7 +90,7 @@ fn rivers_never_rise() {
     for model in ALL {
         let landscape = model.landscape().unwrap();
         for (curve, feature) in landscape.curves().iter().zip(landscape.features()) {
-            let flows = ["river", "stream", "creek", "brook", "ravine", "wash", "wadi"];
+            let flows = ["river", "stream", "creek", "brook", "ravine", "wash", "wadi", "gully"];
             if flows.iter().any(|word| feature.name.starts_with(word)) {
                 let heights: Vec<f64> =
                     (0..=400).map(|k| curve.wanted(f64::from(k) / 400.0).elevation.unwrap()).collect();
