@@ -5,6 +5,7 @@ pub mod detail;
 pub mod edit;
 pub mod fields;
 pub mod landscape;
+pub mod landscapes;
 pub mod plane;
 pub mod presets;
 pub mod raster;
