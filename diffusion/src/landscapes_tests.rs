@@ -44,7 +44,7 @@ fn every_curve_leaves_a_mark_on_the_raster() {
         let domain = landscape.domain(257);
         for (curve, feature) in landscape.curves().iter().zip(landscape.features()) {
             let nodes = rasterise(std::slice::from_ref(curve), &domain);
-            let marked = nodes.iter().any(|node| node.elevations + node.guides + node.noises > 0);
+            let marked = nodes.nodes().any(|node| node.elevations + node.guides + node.noises > 0);
             assert!(marked, "{}: {}", model.name, feature.name);
         }
     }

@@ -101,20 +101,21 @@ impl Row {
                 let total = slope.smoothing + slope.guidance;
                 let (alpha, beta) = (slope.smoothing / total, slope.guidance / total);
                 let [x, y] = slope.direction;
-                // The neighbour against the direction; on the raster's border one may be missing.
+                // The neighbour against the direction.
                 let west_or_east = (if x > 0.0 { -1 } else { 1 }, 0);
                 let south_or_north = (0, if y > 0.0 { -1 } else { 1 });
-                let share = |component: f64, (dx, dy): (isize, isize)| match update {
-                    _ if !exists(dx, dy) => 0.0,
+                let share = |component: f64| match update {
                     Update::Corrected => component.abs(),
                     Update::Printed => component * component,
                 };
-                let shares = [share(x, west_or_east), share(y, south_or_north)];
+                let shares = [share(x), share(y)];
                 let divisor = match update {
                     Update::Corrected => shares[0] + shares[1],
                     Update::Printed => 1.0,
                 };
-                if shares == [0.0, 0.0] {
+                // Of a slope that comes from outside the raster only half would be read, at any steepness: it is not followed.
+                let missing = |share: f64, (x, y): (isize, isize)| share > 0.0 && !exists(x, y);
+                if missing(shares[0], west_or_east) || missing(shares[1], south_or_north) || shares == [0.0, 0.0] {
                     row.mean(1.0, exists);
                     return row;
                 }

@@ -35,9 +35,9 @@ pub fn adrift(width: usize, height: usize, slopes: &[(usize, Slope)], given: &[u
                 let mut follow = |&(node, slope): &(usize, Slope)| {
                     let [x, y] = upstream(node, slope, width, height);
                     let [p, q] = slope.direction.map(|component| component.abs() as f32);
-                    let (p, q) = (if x.is_some() { p } else { 0.0 }, if y.is_some() { q } else { 0.0 });
+                    // Outside the raster nothing is held.
                     let at = |place: Option<usize>| place.map_or(0.0, |place| chance[place]);
-                    let found = if p + q > 0.0 { (p * at(x) + q * at(y)) / (p + q) } else { 1.0 };
+                    let found = (p * at(x) + q * at(y)) / (p + q);
                     chance[node] = chance[node].max(found);
                 };
                 for row in 0..rows.len() {
