@@ -52,7 +52,7 @@ fn what_is_written_is_an_image_whose_nodes_have_its_elevations() {
     let scene = folder.path().join("scene.ron");
     let layer = "image(file: \"a.tif\", margin: 20)";
     std::fs::write(&scene, format!("(format: \"terrain-scene/1\", layers: {{ \"ground\": {layer} }})")).unwrap();
-    let nodes: [(u32, u32); 5] = [(7, 9), (20, 32), (32, 33), (50, 20), (60, 60)];
+    let nodes: [(u32, u32); 5] = [(7, 9), (20, 32), (32, 33), (50, 20), (60, 50)];
     let places: Vec<String> =
         nodes.iter().map(|(i, j)| format!("{},{}", f64::from(*i) * 15.625, f64::from(*j) * 15.625)).collect();
     let arguments: Vec<&str> =

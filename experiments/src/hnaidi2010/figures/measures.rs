@@ -25,13 +25,14 @@ fn solved(
     Ok((landscape.curves().to_vec(), domain, fields, detail))
 }
 
-/// Places and wanted elevations along a curve, within the domain.
+/// Places and wanted elevations along a curve, within the domain and two cells from its ends, where nodes before it count as well.
 fn along(curve: &Curve, domain: &Domain) -> Vec<(DVec2, f64)> {
     let most = DVec2::new((domain.width - 1) as f64, (domain.height - 1) as f64);
     let line = curve.polyline(0.25 * domain.spacing).into_iter();
     line.filter_map(|(p, place)| {
         let q = (p - domain.origin) / domain.spacing;
         let inside = q.cmpge(DVec2::ONE).all() && q.cmple(most - 1.0).all();
+        let inside = inside && place.min(1.0 - place) * curve.length() > 2.0 * domain.spacing;
         Some((q, curve.wanted(place).elevation?)).filter(|_| inside)
     })
     .collect()
