@@ -52,17 +52,18 @@ fn what_is_written_is_an_image_whose_nodes_have_its_elevations() {
     let scene = folder.path().join("scene.ron");
     let layer = "image(file: \"a.tif\", margin: 20)";
     std::fs::write(&scene, format!("(format: \"terrain-scene/1\", layers: {{ \"ground\": {layer} }})")).unwrap();
-    let nodes = [(7, 9), (20, 32), (32, 33), (50, 20), (60, 60)];
+    let nodes: [(u32, u32); 5] = [(7, 9), (20, 32), (32, 33), (50, 20), (60, 50)];
     let places: Vec<String> =
-        nodes.iter().map(|(i, j)| format!("{},{}", i as f64 * 15.625, j as f64 * 15.625)).collect();
+        nodes.iter().map(|(i, j)| format!("{},{}", f64::from(*i) * 15.625, f64::from(*j) * 15.625)).collect();
     let arguments: Vec<&str> =
         ["eval", text(&scene)].into_iter().chain(places.iter().flat_map(|place| ["--at", place.as_str()])).collect();
     for (line, (i, j)) in ok(&arguments).lines().zip(nodes) {
         let found: Value = serde_json::from_str(line).unwrap();
-        let (elevation, node) = (found["elevation"].as_f64().unwrap(), f64::from(grid.known(i, j).unwrap()));
+        let (elevation, node) =
+            (found["elevation"].as_f64().unwrap(), f64::from(grid.known(i as usize, j as usize).unwrap()));
         assert!((elevation - node).abs() < 1e-9 * node.abs().max(1.0), "({i}, {j}): {elevation}, not {node}");
         // Another node has another elevation: the comparison can tell.
-        assert!((elevation - f64::from(grid.known(j, i).unwrap())).abs() > 1e-3);
+        assert!((elevation - f64::from(grid.known(j as usize, i as usize).unwrap())).abs() > 1e-3);
     }
 
     let layer = |name: &str| io::read_grid(&folder.path().join(format!("a-{name}.tif"))).unwrap();

@@ -31,6 +31,9 @@ const SOLVERS: [Solver; 3] = [Solver::Paper, Solver::Multigrid, Solver::Variatio
 /// Exponent of the time against curves that counts as hardly any.
 const HARDLY: f64 = 0.4;
 
+/// What the time is plotted against, curves, and nodes a side.
+type Try = (usize, usize, usize);
+
 /// Seconds, the less of two, and the most iterations of a solve.
 fn timed(curves: &[Curve], nodes: usize, solver: Solver) -> Result<(f64, usize), ExperimentError> {
     let settings = Settings { solver, ..Settings::default() };
@@ -62,7 +65,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     let mut outcome = Outcome::new(Verdict::Reproduced);
     let progress = ctx.progress("solves", (SOLVERS.len() * (counts.len() + sides.len())) as u64);
     let mut exponents = Vec::new();
-    let tries: [(&str, Vec<(usize, usize, usize)>); 2] = [
+    let tries: [(&str, Vec<Try>); 2] = [
         ("curves", counts.into_iter().map(|count| (count, count, fixed)).collect()),
         ("nodes", sides.iter().map(|&side| (side * side, 64, side)).collect()),
     ];

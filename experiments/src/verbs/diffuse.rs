@@ -112,7 +112,8 @@ impl Diffuse {
         let Some(limit) = self.tolerance.or((!given).then_some(Stop::default().relative_residual)) else {
             return Ok(());
         };
-        let missed = fields.reports.iter().find(|report| !(report.relative_residual <= limit));
+        let missed =
+            fields.reports.iter().find(|report| report.relative_residual.is_nan() || report.relative_residual > limit);
         missed.map_or(Ok(()), |report| {
             let mend = if given { "use --solver multigrid, or leave --tolerance out" } else { "use a larger --tolerance" };
             Err(VerbError::Other(format!(

@@ -3,6 +3,7 @@
 use crate::experiment::ExperimentError;
 use crate::hnaidi2010::models::{load, terrain};
 use glam::DVec2;
+use std::ops::Range;
 use terrain_diffusion::curve::Curve;
 use terrain_diffusion::fields::{Fields, Settings, Solver};
 use terrain_diffusion::raster::Domain;
@@ -24,13 +25,14 @@ fn solved(
     Ok((landscape.curves().to_vec(), domain, fields, detail))
 }
 
-/// Places and wanted elevations along a curve, within the domain.
+/// Places and wanted elevations along a curve, within the domain and two cells from its ends, where nodes before it count as well.
 fn along(curve: &Curve, domain: &Domain) -> Vec<(DVec2, f64)> {
     let most = DVec2::new((domain.width - 1) as f64, (domain.height - 1) as f64);
     let line = curve.polyline(0.25 * domain.spacing).into_iter();
     line.filter_map(|(p, place)| {
         let q = (p - domain.origin) / domain.spacing;
         let inside = q.cmpge(DVec2::ONE).all() && q.cmple(most - 1.0).all();
+        let inside = inside && place.min(1.0 - place) * curve.length() > 2.0 * domain.spacing;
         Some((q, curve.wanted(place).elevation?)).filter(|_| inside)
     })
     .collect()
@@ -83,22 +85,22 @@ pub fn crack(nodes: usize, solver: Solver) -> Result<Measure, ExperimentError> {
     Ok(Measure { value: of(&fields), control: of(&without.map_err(ExperimentError::failed)?) })
 }
 
-/// Fig. 8: mean |difference| of detail between neighbours in the eastern quarter over that in the western one. Broken: west over west.
+/// Fig. 8: mean |difference| of detail between neighbours in the eastern quarter over that in the western one. Broken: north over south,
+/// which have the same noise.
 pub fn noise(name: &str, nodes: usize) -> Result<Measure, ExperimentError> {
     let (_, domain, _, detail) = solved(name, nodes, &Settings::default())?;
-    let quarter = domain.width / 4;
-    let mean = |from: usize| {
-        let differences = (0..domain.height).flat_map(|j| (from..from + quarter - 1).map(move |i| (i, j)));
-        let all: Vec<f64> = differences
-            .map(|(i, j)| {
-                let k = j * domain.width + i;
-                (detail[k + 1] - detail[k]).abs()
-            })
-            .collect();
-        all.iter().sum::<f64>() / all.len() as f64
+    let mean = |columns: Range<usize>, rows: Range<usize>| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for k in rows.flat_map(|j| columns.clone().map(move |i| j * domain.width + i)) {
+            sum += (detail[k + 1] - detail[k]).abs();
+            count += 1.0;
+        }
+        sum / count
     };
-    let (west, east) = (mean(0), mean(domain.width - quarter));
-    Ok(Measure { value: east / west, control: west / west })
+    let (last, quarter) = (domain.width - 1, domain.width / 4);
+    let (all, high) = (0..last, domain.height - quarter..domain.height);
+    let [west, east] = [0..quarter, last - quarter..last].map(|columns| mean(columns, 0..domain.height));
+    Ok(Measure { value: east / west, control: mean(all.clone(), high) / mean(all, 0..quarter) })
 }
 
 /// Fig. 9: the largest turn of the direction between neighbours where slopes of two ridges meet, degrees, after diffusion. Broken: the
@@ -132,6 +134,7 @@ pub fn crossing(nodes: usize) -> Result<Measure, ExperimentError> {
         }
         largest
     };
-    let checkered = |k: usize| if (k % domain.width + k / domain.width) % 2 == 0 { first[k] } else { second[k] };
+    let checkered =
+        |k: usize| if (k % domain.width + k / domain.width).is_multiple_of(2) { first[k] } else { second[k] };
     Ok(Measure { value: turn(&|k| both[k]), control: turn(&checkered) })
 }
