@@ -3,6 +3,7 @@
 mod convergence;
 mod cost;
 mod curves;
+mod editing;
 mod figures;
 mod models;
 mod poisson;
@@ -19,6 +20,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &table2::EXPERIMENT,
     &cost::EXPERIMENT,
     &resolution::EXPERIMENT,
+    &editing::EXPERIMENT,
     &convergence::EXPERIMENT,
     &slope::EXPERIMENT,
     &poisson::EXPERIMENT,
