@@ -20,7 +20,7 @@ pub const EXPERIMENT: Experiment = Experiment {
     code: "experiments/src/hnaidi2010/cost.rs",
     test: "experiments/src/hnaidi2010/cost.rs::the_exponent_of_a_power_law_is_found",
     expected: |profile| Expected {
-        seconds: profile.pick(10.0, 200.0),
+        seconds: profile.pick(20.0, 300.0),
         memory_bytes: profile.pick(256 << 20, 3 << 30),
         disk_bytes: 128 << 10,
     },
@@ -34,11 +34,11 @@ const HARDLY: f64 = 0.4;
 /// What the time is plotted against, curves, and nodes a side.
 type Try = (usize, usize, usize);
 
-/// Seconds, the less of two, and the most iterations of a solve.
+/// Seconds, the least of three, and the most iterations of a solve.
 fn timed(curves: &[Curve], nodes: usize, solver: Solver) -> Result<(f64, usize), ExperimentError> {
     let settings = Settings { solver, ..Settings::default() };
     let mut best = (f64::INFINITY, 0);
-    for _ in 0..2 {
+    for _ in 0..3 {
         let start = Instant::now();
         let fields = diffuse(curves, Domain::square(SIDE, nodes), &settings).map_err(ExperimentError::failed)?;
         let seconds = start.elapsed().as_secs_f64();
@@ -60,7 +60,7 @@ fn exponent(points: &[(f64, f64)]) -> f64 {
 fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     let counts = [1usize, 2, 4, 8, 16, 32, 64, 128, 256, 512];
     let (fixed, sides): (usize, &[usize]) =
-        ctx.profile.pick((257, &[65, 129, 257, 513]), (1025, &[129, 257, 513, 1025, 2049]));
+        ctx.profile.pick((257, &[129, 257, 513, 1025]), (1025, &[129, 257, 513, 1025, 2049]));
     let curves = random(ctx.seed_for("curves"), 512, Kind::Ridges).map_err(ExperimentError::failed)?;
     let mut outcome = Outcome::new(Verdict::Reproduced);
     let progress = ctx.progress("solves", (SOLVERS.len() * (counts.len() + sides.len())) as u64);
