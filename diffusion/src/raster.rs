@@ -76,32 +76,32 @@ impl Node {
     fn add(&mut self, found: &Found, curve: &Curve, least: f64) {
         let wanted = curve.wanted(found.place);
         // A curve is at least one node wide, whatever the spacing.
-        let radius = wanted.radius.max(least);
-        let within = found.distance <= radius;
+        let within = found.distance <= wanted.radius.max(least);
         let mean = |mean: f64, value: f64, count: u16| mean + (value - mean) / f64::from(count);
-        if let (Some(height), true) = (wanted.elevation, within) {
-            self.elevations = self.elevations.saturating_add(1);
-            self.elevation = mean(self.elevation, height, self.elevations);
-        }
         if let (Some([amplitude, roughness]), true) = (wanted.noise, within) {
             self.noises = self.noises.saturating_add(1);
             self.amplitude = mean(self.amplitude, amplitude, self.noises);
             self.roughness = mean(self.roughness, roughness, self.noises);
         }
-        let Some(sides) = wanted.sides else { return };
-        let [extent, tangent] = sides[usize::from(!found.left)];
-        let held = wanted.elevation.is_some();
+        let [extent, tangent] = wanted.sides.map_or([0.0; 2], |sides| sides[usize::from(!found.left)]);
         // Without an elevation there is no plateau: slopes start at the curve.
-        let start = if held { radius } else { 0.0 };
-        let beyond = found.distance - start;
-        if (held && within) || beyond > extent || extent <= 0.0 {
+        let beyond = (found.distance - if wanted.elevation.is_some() { wanted.radius } else { 0.0 }).max(0.0);
+        if let (Some(height), true) = (wanted.elevation, within) {
+            // A node that is held for the width alone lies on the slope: it is held to where the ramp has come by there.
+            let ramp = if extent > 0.0 { beyond.min(extent) } else { 0.0 };
+            let height = height + if ramp > 0.0 { tangent * ramp * (1.0 - 0.5 * ramp / extent) } else { 0.0 };
+            self.elevations = self.elevations.saturating_add(1);
+            self.elevation = mean(self.elevation, height, self.elevations);
+            return;
+        }
+        if beyond > extent || extent <= 0.0 {
             return;
         }
         self.guides = self.guides.saturating_add(1);
-        let rise = tangent * (1.0 - beyond.max(0.0) / extent);
+        let rise = tangent * (1.0 - beyond / extent);
         // Elevations come from the curve where it has them, from outside where it has none ("inverted").
-        let sign = if held { 1.0 } else { -1.0 };
-        self.guide = Guide { direction: sign * found.away, rise: sign * rise, beyond: beyond.max(0.0) };
+        let sign = if wanted.elevation.is_some() { 1.0 } else { -1.0 };
+        self.guide = Guide { direction: sign * found.away, rise: sign * rise, beyond };
     }
 }
 
