@@ -161,7 +161,8 @@ fn a_lake_is_deep_inside_and_dry_outside_whichever_way_its_shore_runs() {
         let fields = solve(&preset, 129);
         // The nearest node lies within half a cell's diagonal of the shore, on slopes of 0.8 at most.
         assert!((at(&fields, 350.0, 350.0) - 80.0).abs() < 0.8 * 5.6);
-        assert!((at(&fields, 520.0, 530.0) - 68.0).abs() < 2.0, "{}", at(&fields, 520.0, 530.0));
+        // Of the bed's 7.7 cells 1.5 are lost.
+        assert!((at(&fields, 520.0, 530.0) - 68.0).abs() < 12.0 * 0.2, "{}", at(&fields, 520.0, 530.0));
         assert!(at(&fields, 250.0, 500.0) > 82.0 && at(&fields, 800.0, 550.0) > 82.0);
         shore.reverse();
     }
