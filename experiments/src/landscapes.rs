@@ -3,15 +3,10 @@
 use crate::scenes::BUILTIN;
 use std::path::Path;
 use terrain_diffusion::landscape::{Landscape, LandscapeError};
+use terrain_diffusion::landscapes::ALL;
 
-/// The embedded landscapes: name and text.
-const LANDSCAPES: &[(&str, &str)] = &[
-    ("mountain", include_str!("../../diffusion/landscapes/mountain.ron")),
-    ("lake", include_str!("../../diffusion/landscapes/lake.ron")),
-    ("canyon", include_str!("../../diffusion/landscapes/canyon.ron")),
-    ("hills", include_str!("../../diffusion/landscapes/hills.ron")),
-    ("island", include_str!("../../diffusion/landscapes/island.ron")),
-    ("desert", include_str!("../../diffusion/landscapes/desert.ron")),
+/// The small landscapes of figures: name and text.
+const FIGURES: &[(&str, &str)] = &[
     ("fig2_layers", include_str!("../landscapes/fig2_layers.ron")),
     ("fig5_ridge", include_str!("../landscapes/fig5_ridge.ron")),
     ("fig5_peak", include_str!("../landscapes/fig5_peak.ron")),
@@ -24,9 +19,14 @@ const LANDSCAPES: &[(&str, &str)] = &[
     ("fig9_crossing", include_str!("../landscapes/fig9_crossing.ron")),
 ];
 
+/// The embedded landscapes, the models of Table 1 first.
+fn embedded() -> impl Iterator<Item = (&'static str, &'static str)> {
+    ALL.iter().map(|model| (model.name, model.text)).chain(FIGURES.iter().copied())
+}
+
 /// Names of the embedded landscapes, for `builtin:NAME`.
 pub fn builtin_names() -> impl Iterator<Item = &'static str> {
-    LANDSCAPES.iter().map(|(name, _)| *name)
+    embedded().map(|(name, _)| name)
 }
 
 fn known() -> String {
@@ -38,9 +38,9 @@ fn known() -> String {
 /// # Errors
 /// One line with the names there are.
 pub fn builtin_text(name: &str) -> Result<&'static str, String> {
-    let found = LANDSCAPES.iter().find(|(known, _)| *known == name);
+    let found = embedded().find(|(known, _)| *known == name);
     let none = || format!("{BUILTIN}{name}: no such landscape is embedded; use one of {}, or a file", known());
-    found.map(|(_, text)| *text).ok_or_else(none)
+    found.map(|(_, text)| text).ok_or_else(none)
 }
 
 /// An embedded landscape.

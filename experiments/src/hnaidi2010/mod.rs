@@ -1,5 +1,6 @@
 //! Hnaidi et al. 2010: one module per table, figure or claim.
 
+mod basins;
 mod convergence;
 mod cost;
 mod curves;
@@ -22,6 +23,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &resolution::EXPERIMENT,
     &editing::EXPERIMENT,
     &convergence::EXPERIMENT,
+    &basins::EXPERIMENT,
     &slope::EXPERIMENT,
     &poisson::EXPERIMENT,
     &figures::EXPERIMENT,
