@@ -30,8 +30,8 @@ const SCENES: [(&str, &str, u64, &str); 6] = [
     ("fig3", "Fig 3", 20_000, include_str!("../../records/fig3.csv")),
     ("fig19", "Fig 19", 20_000, include_str!("../../records/fig19.csv")),
     ("fig20", "Fig 20", 20_000, include_str!("../../records/fig20.csv")),
-    ("fig21", "Fig 21", 20_000, ""),
-    ("fig22", "Fig 22", 20_000, ""),
+    ("fig21", "Fig 21", 20_000, include_str!("../../records/fig21.csv")),
+    ("fig22", "Fig 22", 20_000, include_str!("../../records/fig22.csv")),
 ];
 
 /// The scenes of the table, in its order.
