@@ -21,9 +21,10 @@ pub enum Solver {
     Paper,
     /// The paper's schedule with the update that is exact on planes.
     Corrected,
-    /// The field that the paper's iteration tends to: slopes read as printed, converged.
+    /// The field that the paper's iteration tends to: slopes read as printed, converged, but for slopes that lead from nothing, which are
+    /// left to diffusion ([`crate::solver::held`]).
     Printed,
-    /// The update that is exact on planes, converged.
+    /// The update that is exact on planes, converged; slopes that lead from nothing are left to diffusion too.
     #[default]
     Multigrid,
     /// The field of least squares: symmetric, and the same terrain at every resolution.
@@ -74,6 +75,17 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    fn check(&self) -> Result<(), SolveError> {
+        let range = |what, value, fits, expected| {
+            if fits { Ok(()) } else { Err(SolveError::Setting { what, value, expected }) }
+        };
+        range("smoothing", self.smoothing, (0.0..1.0).contains(&self.smoothing), "0 or more, less than 1")?;
+        let weight = self.slope_weight;
+        range("slope_weight", weight, weight >= 1.0 && weight.is_finite(), "a finite number, 1 or more")
+    }
+}
+
 /// How one solve went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
@@ -112,8 +124,9 @@ pub struct Fields {
 /// Diffuses what `curves` give over `domain`.
 ///
 /// # Errors
-/// [`SolveError::Unheld`] when no curve gives an elevation inside the domain.
+/// [`SolveError::Unheld`] when no curve gives an elevation inside the domain; [`SolveError::Setting`] for a setting out of its range.
 pub fn diffuse(curves: &[Curve], domain: Domain, settings: &Settings) -> Result<Fields, SolveError> {
+    settings.check()?;
     if matches!(settings.solver, Solver::Paper | Solver::Corrected) {
         return cascade::run(curves, domain, settings.solver.update());
     }
@@ -127,6 +140,7 @@ pub(crate) fn converge(
     settings: &Settings,
     start: Option<&Fields>,
 ) -> Result<Fields, SolveError> {
+    settings.check()?;
     let mut solve = Solve { raster, domain, settings, start, reports: Vec::new() };
     let [amplitude, roughness] = solve.noise()?;
     let gradient = solve.gradient()?;
@@ -380,6 +394,21 @@ mod tests {
         let refused =
             diffuse(&[line(v(30.0, 50.0), v(70.0, 50.0), crack)], Domain::square(100.0, 65), &Settings::default());
         assert!(matches!(refused, Err(SolveError::Unheld)));
+    }
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        let curves = [line(v(0.0, 30.0), v(100.0, 30.0), level(0.0))];
+        let default = Settings::default();
+        for smoothing in [-0.1, 1.0, f64::NAN] {
+            let refused = diffuse(&curves, Domain::square(100.0, 17), &Settings { smoothing, ..default });
+            assert!(matches!(refused, Err(SolveError::Setting { what: "smoothing", .. })), "{smoothing}");
+        }
+        for slope_weight in [0.9, f64::INFINITY, f64::NAN] {
+            let refused = diffuse(&curves, Domain::square(100.0, 17), &Settings { slope_weight, ..default });
+            assert!(matches!(refused, Err(SolveError::Setting { what: "slope_weight", .. })), "{slope_weight}");
+        }
+        assert!(diffuse(&curves, Domain::square(100.0, 17), &default).is_ok());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The paper's own solver (Hnaidi 2010 §5.2): from the coarsest raster to the finest, a few Jacobi iterations on each, 5(l−i) on the
 //! i-th of l. It is kept to be compared with: five iterations on the finest raster do not converge (claims H3).
 //!
-//! What the paper leaves open is chosen so: the raster ends where it ends (a node is the mean of the neighbours that exist), the
+//! What the paper leaves open is chosen so: the raster ends where it ends (a node is the mean of the neighbours that exist, also where one is missing that its slope would be read from), the
 //! coarsest raster has about eight cells along its shorter side and starts from the mean of what is given, curves are drawn anew on
 //! every raster, values go up bilinearly, and slopes are scaled by the spacing of their raster (claims H4).
 

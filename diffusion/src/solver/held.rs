@@ -3,9 +3,9 @@
 //! A node that follows a slope takes its elevation from upstream. Where directions part from a point that no curve holds, as the
 //! diffused ones of crossing bands may, or run in a circle, each node reads another and adds its rise each time, and only diffusion across
 //! the whole basin ends it: the field grows exponentially with the number of cells (`hnaidi2010/basins`: a depth of 47 at 17² and of
-//! 1462 at 25² where 0.36 is possible). So a slope is followed only where the chance is at least one half that reading on upstream, at each node from the
-//! east–west or the north–south neighbour by the shares of its equation, ends at a given elevation or on free ground that is held. What
-//! is left is free ground.
+//! 1462 at 25² where 0.36 is possible). So a slope is followed only where the chance is at least one half that reading on upstream, at
+//! each node from the east–west or the north–south neighbour by the shares of its equation, ends at a given elevation or on free ground
+//! that is held. What is left is free ground.
 
 use super::guided::Slope;
 use std::ops::Range;

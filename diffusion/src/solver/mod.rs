@@ -30,6 +30,16 @@ pub enum SolveError {
         /// From the south.
         row: usize,
     },
+    /// A setting outside its range.
+    #[error("{what} is {value}: expected {expected}")]
+    Setting {
+        /// Which.
+        what: &'static str,
+        /// It.
+        value: f64,
+        /// The range.
+        expected: &'static str,
+    },
     /// Some part of the field is held by no value.
     #[error(transparent)]
     Singular(#[from] cycle::Singular),

@@ -1,6 +1,7 @@
 //! How each solver converges: iterations by size and on random curves with cracks, error by work, and what Jacobi alone would need.
 
-use super::curves::{Kind, SIDE, largest_difference, random, rms_difference};
+use super::curves::{Kind, SIDE, random};
+use super::rasters::{largest_difference, rms_difference};
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::genevaux2015::rays::Random;
 use crate::report::{Axis, Cell, Claim, Outcome, Plot, Style, Table};

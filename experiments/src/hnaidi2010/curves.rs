@@ -64,25 +64,6 @@ pub fn random(seed: u64, count: usize, kind: Kind) -> Result<Vec<Curve>, String>
         .collect()
 }
 
-/// The largest |a − b| over the range of b.
-pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    let [low, high] = range(b);
-    let largest = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    if high > low { largest / (high - low) } else { largest }
-}
-
-/// √ of the mean of (a − b)² over the range of b.
-pub fn rms_difference(a: &[f64], b: &[f64]) -> f64 {
-    let [low, high] = range(b);
-    let square: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
-    (square / b.len() as f64).sqrt() / (high - low).max(f64::MIN_POSITIVE)
-}
-
-/// Least and greatest.
-pub fn range(values: &[f64]) -> [f64; 2] {
-    values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

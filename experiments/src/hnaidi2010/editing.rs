@@ -1,6 +1,7 @@
 //! One curve is changed at a time, and the terrain follows.
 
 use super::models::{MODELS, load};
+use super::rasters::largest_difference;
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Cell, Outcome, Table};
 use glam::DVec2;
@@ -34,13 +35,6 @@ const TOLERANCE: f64 = 1e-4;
 fn moved(curve: &Curve, by: DVec2) -> Result<Curve, ExperimentError> {
     let control = curve.control().iter().map(|p| *p + by).collect();
     Curve::new(control, curve.points().to_vec()).map_err(ExperimentError::failed)
-}
-
-/// The largest difference of elevations as a share of their range.
-fn difference(a: &Fields, b: &Fields) -> f64 {
-    let (low, high) = b.elevation.iter().fold((f64::MAX, f64::MIN), |(low, high), h| (low.min(*h), high.max(*h)));
-    let pairs = a.elevation.iter().zip(&b.elevation);
-    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / (high - low)
 }
 
 fn iterations(fields: &Fields) -> usize {
@@ -78,10 +72,10 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
             let start = Instant::now();
             let fresh = diffuse(editor.curves(), domain, &settings).map_err(ExperimentError::failed)?;
             let fresh_seconds = start.elapsed().as_secs_f64();
-            let differs = difference(editor.fields(), &fresh);
+            let differs = largest_difference(&editor.fields().elevation, &fresh.elevation);
             worst = worst.max(differs);
-            unseen = unseen.min(difference(&before, editor.fields()));
-            stale = stale.min(difference(&before, &fresh));
+            unseen = unseen.min(largest_difference(&before.elevation, &editor.fields().elevation));
+            stale = stale.min(largest_difference(&before.elevation, &fresh.elevation));
             let id = format!("{name}.{nodes}.{}", solver.name());
             outcome.metric(&format!("{id}.iterations"), iterations(editor.fields()) as f64)?;
             outcome.metric(&format!("{id}.fresh_iterations"), iterations(&fresh) as f64)?;

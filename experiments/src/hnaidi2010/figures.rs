@@ -5,8 +5,8 @@ mod maps;
 mod measures;
 mod views;
 
-use super::curves::range;
 use super::models::{load, terrain};
+use super::rasters::range;
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Cell, Outcome, Picture, Table};
 pub(super) use canvas::Canvas;

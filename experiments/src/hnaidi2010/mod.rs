@@ -8,6 +8,7 @@ mod editing;
 mod figures;
 mod models;
 mod poisson;
+mod rasters;
 mod resolution;
 mod slope;
 mod table1;

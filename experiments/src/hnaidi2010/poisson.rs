@@ -160,7 +160,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         "A level top above, a ramp along an arc below; by Laplace, Poisson, guided, variational",
     ));
 
-    let differ = |a: usize, b: usize| super::curves::largest_difference(&found[a].0, &found[b].0);
+    let differ = |a: usize, b: usize| super::rasters::largest_difference(&found[a].0, &found[b].0);
     let same = differ(1, 0);
     outcome.metric("top.poisson_minus_laplace_of_range", same)?;
     outcome.metric("top.guided_minus_laplace_of_range", differ(2, 0))?;
@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn a_slope_of_zero_is_lost_to_poisson_and_kept_by_the_guided_field() {
         let [laplace, poisson, guided] = [Way::Laplace, Way::Poisson, Way::Guided].map(|way| solve(top, way).unwrap());
-        assert!(super::super::curves::largest_difference(&poisson, &laplace) < 1e-6);
+        assert!(super::super::rasters::largest_difference(&poisson, &laplace) < 1e-6);
         assert!(come_out(top, &guided)[1] < 0.2 * come_out(top, &poisson)[1]);
     }
 }

@@ -1,7 +1,8 @@
 //! The same curves on coarse and on fine rasters: whether they are the same terrain, by solver.
 
-use super::curves::{Kind, SIDE, largest_difference, random, range, rms_difference};
+use super::curves::{Kind, SIDE, random};
 use super::models::load;
+use super::rasters::{largest_difference, range, rms_difference};
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Axis, Cell, Outcome, Plot, Style, Table};
 use terrain_diffusion::curve::Curve;

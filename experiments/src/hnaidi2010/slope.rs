@@ -3,6 +3,7 @@
 //! A field is linear in its slopes: the relative error of a drop depends on the direction, not on the steepness.
 
 use super::curves::{crest, line};
+use super::rasters::value;
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Axis, Cell, Claim, Outcome, Plot, Style, Table};
 use glam::DVec2;
@@ -93,18 +94,8 @@ fn band_slope(weight: f64, degrees: f64) -> Result<f64, ExperimentError> {
     let equations = variational::equations(1.0, weight, &constraints, &mut values).map_err(ExperimentError::failed)?;
     variational::solve(&equations, &mut values, Stop::default()).map_err(ExperimentError::failed)?;
     let domain = Domain::square((SIDE - 1) as f64, SIDE);
-    let at = |s: f64| bilinear(&values.field(0), &domain, middle + n * s);
+    let at = |s: f64| value(&values.field(0), &domain, middle + n * s);
     Ok((at(20.0) - at(10.0)) / 10.0)
-}
-
-fn bilinear(values: &[f64], domain: &Domain, p: DVec2) -> f64 {
-    let q = (p - domain.origin) / domain.spacing;
-    let most = DVec2::new((domain.width - 2) as f64, (domain.height - 2) as f64);
-    let cell = q.floor().clamp(DVec2::ZERO, most);
-    let t = q - cell;
-    let at = |x: usize, y: usize| values[(cell.y as usize + y) * domain.width + cell.x as usize + x];
-    let row = |y: usize| at(0, y) + (at(1, y) - at(0, y)) * t.x;
-    row(0) + (row(1) - row(0)) * t.y
 }
 
 /// Relative error of the drop on the two sides of a crest, the larger one, and the most iterations of a solve.
@@ -124,7 +115,7 @@ fn drop_error(solver: Solver, degrees: f64, steepness: f64, band: usize) -> Resu
     // The thinnest plateau is half a cell's diagonal to each side.
     let foot = band as f64 + std::f64::consts::FRAC_1_SQRT_2;
     let ideal = -0.5 * band as f64 * libm::tan(steepness.to_radians());
-    let error = |sign: f64| bilinear(&fields.elevation, &domain, middle + n * (sign * foot)) / ideal - 1.0;
+    let error = |sign: f64| value(&fields.elevation, &domain, middle + n * (sign * foot)) / ideal - 1.0;
     let errors = [error(-1.0), error(1.0)];
     let iterations = fields.reports.iter().map(|report| report.iterations).max().unwrap_or(0);
     Ok((if errors[0].abs() > errors[1].abs() { errors[0] } else { errors[1] }, iterations))

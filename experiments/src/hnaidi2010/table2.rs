@@ -1,7 +1,7 @@
 //! Table 2: time to generate each scene on three grids, and what the time buys: iterations, residual, error.
 
-use super::curves::{largest_difference, rms_difference};
 use super::models::{MODELS, load, terrain};
+use super::rasters::{largest_difference, rms_difference};
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Axis, Cell, Claim, Outcome, Plot, Style, Table};
 use std::time::Instant;
@@ -19,8 +19,8 @@ pub const EXPERIMENT: Experiment = Experiment {
     about: "Six landscapes of the paper's subjects, all fields and the detail, with each solver; the size n stands for n × n cells, n + 1 nodes a \
             side. The error is the largest difference from the field that the solver's equations have, solved to 10⁻¹², over the \
             field's range: of `paper` from the field of the printed update, of `corrected` from that of the update exact on planes. \
-            Solves end at a relative residual of 10⁻¹⁰ of every field; the largest is given. The paper's seconds are of a GPU and of an answer that is not \
-            converged.",
+            Solves end at a relative residual of 10⁻¹⁰ of every field; the largest is given. The paper's seconds are of a GPU and of \
+            an answer that is not converged.",
     code: "experiments/src/hnaidi2010/table2.rs",
     test: "experiments/src/hnaidi2010/table2.rs::an_error_is_measured_and_a_loose_solve_is_noticed",
     expected: |profile| Expected {
@@ -288,7 +288,7 @@ fn conclude(ctx: &Context, outcome: &mut Outcome, worst: &Worst) -> Result<(), E
 
 #[cfg(test)]
 mod tests {
-    use super::super::curves::range;
+    use super::super::rasters::range;
     use super::*;
 
     #[test]

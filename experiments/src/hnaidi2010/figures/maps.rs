@@ -1,7 +1,7 @@
 //! Rasters seen from above: shaded relief, fields by colour, directions by hue.
 
 use super::canvas::Canvas;
-use crate::hnaidi2010::curves::range;
+use crate::hnaidi2010::rasters::{range, value};
 use glam::{DVec2, DVec3};
 use terrain_diffusion::curve::Curve;
 use terrain_diffusion::raster::Domain;
@@ -13,16 +13,6 @@ fn panel(domain: &Domain, side: usize, colour: impl Fn(DVec2) -> DVec3 + Sync) -
         let at = DVec2::new(x as f64 + 0.5, (side - y) as f64 - 0.5) / side as f64;
         colour(at * cells)
     })
-}
-
-/// Bilinear value at node coordinates.
-pub fn value(values: &[f64], domain: &Domain, q: DVec2) -> f64 {
-    let most = DVec2::new((domain.width - 2) as f64, (domain.height - 2) as f64);
-    let cell = q.floor().clamp(DVec2::ZERO, most);
-    let t = q - cell;
-    let at = |x: usize, y: usize| values[(cell.y as usize + y) * domain.width + cell.x as usize + x];
-    let row = |y: usize| at(0, y) + (at(1, y) - at(0, y)) * t.x;
-    row(0) + (row(1) - row(0)) * t.y
 }
 
 fn between(stops: &[DVec3], t: f64) -> DVec3 {

@@ -42,7 +42,9 @@ fn along(curve: &Curve, domain: &Domain) -> Vec<(DVec2, f64)> {
 pub fn crest(nodes: usize) -> Result<Measure, ExperimentError> {
     let of = |smoothing: f64| {
         let (curves, domain, fields, _) = solved("fig5_ridge", nodes, &Settings { smoothing, ..Settings::default() })?;
-        let off = |(q, wanted): (DVec2, f64)| (super::maps::value(&fields.elevation, &domain, q) - wanted).abs();
+        let off = |(q, wanted): (DVec2, f64)| {
+            (crate::hnaidi2010::rasters::value(&fields.elevation, &domain, q) - wanted).abs()
+        };
         Ok::<f64, ExperimentError>(along(&curves[0], &domain).into_iter().map(off).fold(0.0, f64::max))
     };
     Ok(Measure { value: of(0.0)?, control: of(0.9)? })
@@ -53,8 +55,9 @@ pub fn river(nodes: usize) -> Result<Measure, ExperimentError> {
     let (curves, domain, fields, _) = solved("fig6_river", nodes, &Settings::default())?;
     let rise = |bump: f64| {
         let bed = along(&curves[0], &domain).into_iter().enumerate();
-        let heights = bed
-            .map(|(k, (q, _))| super::maps::value(&fields.elevation, &domain, q) + if k % 2 == 0 { bump } else { 0.0 });
+        let heights = bed.map(|(k, (q, _))| {
+            crate::hnaidi2010::rasters::value(&fields.elevation, &domain, q) + if k % 2 == 0 { bump } else { 0.0 }
+        });
         let (mut lowest, mut rise) = (f64::INFINITY, 0.0f64);
         for height in heights {
             rise = rise.max(height - lowest);
@@ -75,7 +78,9 @@ pub fn crack(nodes: usize, solver: Solver) -> Result<Measure, ExperimentError> {
         let line = curves[0].polyline(domain.spacing);
         let middle = line.windows(2).nth(line.len() / 2).map(|pair| (pair[0].0, (pair[1].0 - pair[0].0).normalize()));
         let (p, direction) = middle.unwrap_or_default();
-        let at = |p: DVec2| super::maps::value(&fields.elevation, &domain, (p - domain.origin) / domain.spacing);
+        let at = |p: DVec2| {
+            crate::hnaidi2010::rasters::value(&fields.elevation, &domain, (p - domain.origin) / domain.spacing)
+        };
         let rim = 0.5 * (at(p + direction.perp() * half) + at(p - direction.perp() * half));
         (rim - at(p)) / depth
     };

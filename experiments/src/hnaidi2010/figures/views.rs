@@ -68,7 +68,7 @@ pub fn view(
         patch(level, domain, metres)
     });
     let water = water.transpose()?;
-    let [low, high] = crate::hnaidi2010::curves::range(height);
+    let [low, high] = crate::hnaidi2010::rasters::range(height);
     let side = metres.max_element();
     let place = |p: DVec3| (domain.origin + 0.5 * metres + side * p.truncate()).extend(low + side * p.z);
     let placement =
