@@ -158,7 +158,7 @@ impl Basis {
         let p = p + DVec2::new(shift(0), shift(1));
         let (cell, t) = (p.floor(), p - p.floor());
         let cell = [cell.x as i64 as u32, cell.y as i64 as u32];
-        match self {
+        let value = match self {
             Basis::Bilinear => {
                 let corner = Keys::new(seed).cell2(cell).map(|hash| f64::from(hash) / 2_147_483_647.5 - 1.0);
                 let south = corner[0] + (corner[1] - corner[0]) * t.x;
@@ -169,7 +169,9 @@ impl Basis {
                 let lattice = Lattice { seed, base: cell.map(|index| index as i32) };
                 f64::gradient2(lattice, [t.x, t.y]) / GRADIENT2_RANGE
             }
-        }
+        };
+        // Interpolation may round past its ends. With |S| ≤ 1 to the last bit |N| ≤ A is too: sums and quotients round monotonically.
+        value.clamp(-1.0, 1.0)
     }
 }
 

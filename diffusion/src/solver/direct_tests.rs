@@ -3,6 +3,7 @@
 use super::equations::{Equation, Equations};
 use super::guided::{self, Constraint, Slope, Update};
 use super::krylov::Stop;
+use super::samples::rows;
 use super::{laplace, variational};
 use crate::plane::Plane;
 use faer::prelude::*;
@@ -78,10 +79,6 @@ fn constraint(i: usize, j: usize) -> Constraint {
     }
 }
 
-fn rows() -> Vec<Vec<(u32, Constraint)>> {
-    (0..N).map(|j| (0..N).map(|i| (i as u32, constraint(i, j))).collect()).collect()
-}
-
 #[test]
 fn diffused_values_are_those_of_elimination() {
     let fixed = |i: usize, j: usize| (i * 7 + j * 3).is_multiple_of(211) || (i == 30 && j > 20);
@@ -103,7 +100,7 @@ fn diffused_values_are_those_of_elimination() {
 fn guided_elevations_are_those_of_elimination() {
     for update in [Update::Corrected, Update::Printed] {
         let mut x = Plane::new(N, N);
-        let equations = guided::equations(2.0, update, &rows(), &mut x).unwrap();
+        let equations = guided::equations(2.0, update, &rows(N, constraint), &mut x).unwrap();
         let right = direct(&equations, &x);
         assert!(guided::solve(&equations, &mut x, STOP).unwrap().converged);
         assert!(difference(&x, &right) < 1e-6, "{update:?}: {}", difference(&x, &right));
@@ -114,7 +111,7 @@ fn guided_elevations_are_those_of_elimination() {
 fn least_squares_are_those_of_elimination() {
     for weight in [1.0, 10.0, 100.0] {
         let mut x = Plane::new(N, N);
-        let equations = variational::equations(2.0, weight, &rows(), &mut x).unwrap();
+        let equations = variational::equations(2.0, weight, &rows(N, constraint), &mut x).unwrap();
         let right = direct(&equations, &x);
         let progress = variational::solve(&equations, &mut x, STOP).unwrap();
         assert!(progress.converged, "{weight}: {:?}", progress.last());

@@ -206,44 +206,22 @@ pub fn solve(equations: &Equations, elevation: &mut Plane<f64, 1>, stop: Stop) -
 
 #[cfg(test)]
 mod tests {
+    use super::super::samples::{plane, rows};
     use super::*;
 
     const N: usize = 65;
 
-    fn rows(n: usize, constraint: impl Fn(usize, usize) -> Constraint) -> Vec<Vec<(u32, Constraint)>> {
-        (0..n).map(|j| (0..n).map(|i| (i as u32, constraint(i, j))).collect()).collect()
-    }
-
     fn nodes() -> impl Iterator<Item = (usize, usize)> {
         (0..N).flat_map(|j| (0..N).map(move |i| (i, j)))
-    }
-
-    /// Border values of a plane that rises by `rise` along n, slopes inside.
-    fn plane_problem(
-        degrees: f64,
-        rise: f64,
-        update: Update,
-    ) -> (Equations, Plane<f64, 1>, impl Fn(usize, usize) -> f64) {
-        let radians = degrees.to_radians();
-        let n = [libm::cos(radians), libm::sin(radians)];
-        let plane = move |i: usize, j: usize| rise * (n[0] * i as f64 + n[1] * j as f64) * 2.0 + 50.0;
-        let border = |i: usize, j: usize| i == 0 || j == 0 || i == N - 1 || j == N - 1;
-        let constraint = |i: usize, j: usize| {
-            if border(i, j) {
-                Constraint::Elevation(plane(i, j))
-            } else {
-                Constraint::Slope(Slope::along(n, rise).unwrap())
-            }
-        };
-        let mut x = Plane::new(N, N);
-        (equations(2.0, update, &rows(N, constraint), &mut x).unwrap(), x, plane)
     }
 
     #[test]
     fn planes_of_any_direction_are_exact_and_not_as_printed() {
         for degrees in [0.0, 15.0, 30.0, 45.0, 100.0, 200.0, 300.0] {
             let error = |update| {
-                let (system, mut x, plane) = plane_problem(degrees, -0.5, update);
+                let (rows, plane) = plane(N, degrees, -0.5);
+                let mut x = Plane::new(N, N);
+                let system = equations(2.0, update, &rows, &mut x).unwrap();
                 let stop = Stop { relative_residual: 1e-12, iterations: 60 };
                 assert!(solve(&system, &mut x, stop).unwrap().converged);
                 nodes().map(|(i, j)| (x.at(i, j)[0] - plane(i, j)).abs()).fold(0.0, f64::max)

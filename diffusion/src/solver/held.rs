@@ -138,6 +138,7 @@ mod tests {
     use crate::plane::Plane;
     use crate::solver::guided::{self, Constraint, Update};
     use crate::solver::krylov::Stop;
+    use crate::solver::samples::rows;
 
     const N: usize = 41;
 
@@ -201,10 +202,9 @@ mod tests {
             Some(slope) if !dropped.contains(&(j * n + i)) => Constraint::Slope(slope),
             _ => Constraint::Free,
         };
-        let rows: Vec<Vec<(u32, Constraint)>> =
-            (0..n).map(|j| (0..n).map(|i| (i as u32, constraint(i, j))).collect()).collect();
         let mut elevation = Plane::new(n, n);
-        let equations = guided::equations(1.0 / (n - 1) as f64, Update::Corrected, &rows, &mut elevation).unwrap();
+        let equations =
+            guided::equations(1.0 / (n - 1) as f64, Update::Corrected, &rows(n, constraint), &mut elevation).unwrap();
         assert!(guided::solve(&equations, &mut elevation, Stop::default()).unwrap().converged);
         elevation.iter(0).fold(0.0, f64::min)
     }

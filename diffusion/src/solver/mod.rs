@@ -47,3 +47,5 @@ pub enum SolveError {
 
 #[cfg(test)]
 mod direct_tests;
+#[cfg(test)]
+mod samples;

@@ -1,22 +1,12 @@
 use super::*;
 use crate::solver::rows::{Rows, STEPS, index_of};
+use crate::solver::samples::{plane, rows};
 
 const N: usize = 65;
 
-/// A plane that rises by `rise` along n, given on the border, asked for inside.
+/// The equations of a plane, a first guess, and the plane.
 fn plane_problem(degrees: f64, rise: f64, weight: f64) -> (Equations, Plane<f64, 1>, impl Fn(usize, usize) -> f64) {
-    let n = [libm::cos(degrees.to_radians()), libm::sin(degrees.to_radians())];
-    let plane = move |i: usize, j: usize| rise * (n[0] * i as f64 + n[1] * j as f64) * 2.0 + 50.0;
-    let border = |i: usize, j: usize| i == 0 || j == 0 || i == N - 1 || j == N - 1;
-    let constraint = |i: usize, j: usize| {
-        if border(i, j) {
-            Constraint::Elevation(plane(i, j))
-        } else {
-            Constraint::Slope(Slope::along(n, rise).unwrap())
-        }
-    };
-    let rows: Vec<Vec<(u32, Constraint)>> =
-        (0..N).map(|j| (0..N).map(|i| (i as u32, constraint(i, j))).collect()).collect();
+    let (rows, plane) = plane(N, degrees, rise);
     let mut x = Plane::new(N, N);
     (equations(2.0, weight, &rows, &mut x).unwrap(), x, plane)
 }
@@ -54,18 +44,13 @@ fn the_system_is_symmetric() {
 #[test]
 fn a_direction_turned_around_asks_for_the_same() {
     let slope = |sign: f64| {
-        let rows: Vec<Vec<(u32, Constraint)>> = (0..N)
-            .map(|_| {
-                let at = |i: usize| match i {
-                    0 => Constraint::Elevation(10.0),
-                    1..=30 => Constraint::Slope(Slope::along([sign, 0.2 * sign], sign * 0.4).unwrap()),
-                    _ => Constraint::Free,
-                };
-                (0..N).map(|i| (i as u32, at(i))).collect()
-            })
-            .collect();
+        let at = |i: usize, _| match i {
+            0 => Constraint::Elevation(10.0),
+            1..=30 => Constraint::Slope(Slope::along([sign, 0.2 * sign], sign * 0.4).unwrap()),
+            _ => Constraint::Free,
+        };
         let mut x = Plane::new(N, N);
-        let system = equations(1.0, 10.0, &rows, &mut x).unwrap();
+        let system = equations(1.0, 10.0, &rows(N, at), &mut x).unwrap();
         assert!(solve(&system, &mut x, Stop::default()).unwrap().converged);
         x
     };
@@ -85,10 +70,8 @@ fn iterations_do_not_depend_on_where_bands_lie() {
             1..=20 => Constraint::Slope(Slope::along(n, -0.4).unwrap()),
             _ => Constraint::Free,
         };
-        let rows: Vec<Vec<(u32, Constraint)>> =
-            (0..101).map(|j| (0..101).map(|i| (i as u32, at(i, j))).collect()).collect();
         let mut x = Plane::new(101, 101);
-        let system = equations(1.0, 10.0, &rows, &mut x).unwrap();
+        let system = equations(1.0, 10.0, &rows(101, at), &mut x).unwrap();
         let progress = solve(&system, &mut x, Stop::default()).unwrap();
         assert!(progress.converged && progress.iterations() <= 20, "{row}, {degrees}°: {:?}", progress.residuals);
     }
