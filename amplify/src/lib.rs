@@ -1,1 +1,3 @@
 //! Heightfields amplified to implicit 3D terrain (Paris 2019).
+
+pub mod field;

@@ -1,0 +1,119 @@
+//! What every field of the volume answers: its value, its gradient, an enclosure over a box, and where it can be
+//! non-zero. Tracers and meshers know fields by this alone.
+
+use glam::DVec3;
+use terrain_model::interval::Interval;
+use terrain_model::real::Real;
+
+/// T: the surface is {f = T}, rock where f > T (Paris 2019 §5).
+pub const THRESHOLD: f64 = 0.5;
+
+/// An axis-parallel box, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Box3 {
+    /// Smallest x, y and z.
+    pub low: DVec3,
+    /// Largest x, y and z; a component below that of `low` makes the box empty.
+    pub high: DVec3,
+}
+
+impl Box3 {
+    /// Holds no point.
+    pub const EMPTY: Box3 = Box3 { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    /// The box between two opposite corners.
+    pub fn new(a: DVec3, b: DVec3) -> Box3 {
+        Box3 { low: a.min(b), high: a.max(b) }
+    }
+    /// The cube of half width `radius` about `centre`, rounded outward.
+    pub fn around(centre: DVec3, radius: f64) -> Box3 {
+        let side = |c: f64| Interval::point(c) + Interval::symmetric(radius);
+        let [x, y, z] = centre.to_array().map(side);
+        Box3 { low: DVec3::new(x.lo(), y.lo(), z.lo()), high: DVec3::new(x.hi(), y.hi(), z.hi()) }
+    }
+    /// Does it hold no point?
+    pub fn is_empty(&self) -> bool {
+        !self.low.cmple(self.high).all()
+    }
+    /// Do the two share a point?
+    pub fn meets(&self, other: &Box3) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+    /// Is `p` in it?
+    pub fn contains(&self, p: DVec3) -> bool {
+        self.low.cmple(p).all() && p.cmple(self.high).all()
+    }
+    /// The smallest box around both.
+    #[must_use]
+    pub fn hull(&self, other: &Box3) -> Box3 {
+        Box3 { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+    /// What both hold.
+    #[must_use]
+    pub fn meet(&self, other: &Box3) -> Box3 {
+        Box3 { low: self.low.max(other.low), high: self.high.min(other.high) }
+    }
+    /// Its coordinates as intervals.
+    pub fn intervals(&self) -> [Interval; 3] {
+        std::array::from_fn(|k| Interval::new(self.low[k], self.high[k]))
+    }
+    /// Encloses the squared distances from `centre` to its points, metres².
+    pub fn distance_squared(&self, centre: DVec3) -> Interval {
+        let [x, y, z] = self.intervals();
+        let c = centre.to_array().map(Interval::point);
+        (x - c[0]).square() + (y - c[1]).square() + (z - c[2]).square()
+    }
+}
+
+/// A field over a box: an enclosure of f and the largest |Δf|/|Δp| between two points of the box, 1/metre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DensityBounds {
+    /// Encloses f.
+    pub range: Interval,
+    /// Lipschitz constant on the box; `f64::INFINITY` where there is none.
+    pub slope: f64,
+}
+
+impl DensityBounds {
+    /// The field 0.
+    pub const ZERO: DensityBounds = DensityBounds { range: Interval::ZERO, slope: 0.0 };
+}
+
+/// A field f: R³ → R, rock where f exceeds [`THRESHOLD`] (Paris 2019 §5).
+pub trait Density: Sync {
+    /// f at `p`.
+    fn value(&self, p: DVec3) -> f64;
+    /// f and ∇f at `p`, one traversal. Where f has a crease, ∇f is the gradient of one side.
+    fn sample(&self, p: DVec3) -> (f64, DVec3);
+    /// Encloses f and its slope over `region`.
+    fn bounds(&self, region: &Box3) -> DensityBounds;
+    /// f is 0 off this box.
+    fn support(&self) -> Box3;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cube_around_a_point_holds_its_corners_whatever_the_rounding() {
+        let cube = Box3::around(DVec3::splat(0.1), 0.2);
+        assert!(cube.contains(DVec3::splat(0.1 + 0.2)) && cube.contains(DVec3::splat(0.1 - 0.2)));
+        assert!(!cube.contains(DVec3::splat(0.31)));
+    }
+
+    #[test]
+    fn squared_distances_of_a_box_are_enclosed() {
+        let b = Box3::new(DVec3::new(-1.0, 0.0, 2.0), DVec3::new(1.0, 3.0, 4.0));
+        let d = b.distance_squared(DVec3::ZERO);
+        assert!((d.lo() - 4.0).abs() < 1e-12 && (d.hi() - 26.0).abs() < 1e-12, "{d:?}");
+    }
+
+    #[test]
+    fn the_empty_box_meets_nothing_and_adds_nothing() {
+        let b = Box3::new(DVec3::ZERO, DVec3::ONE);
+        assert!(Box3::EMPTY.is_empty() && !Box3::EMPTY.meets(&b));
+        assert_eq!(b.hull(&Box3::EMPTY), b);
+        assert!(b.meet(&Box3::new(DVec3::splat(2.0), DVec3::splat(3.0))).is_empty());
+    }
+}
