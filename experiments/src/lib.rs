@@ -11,6 +11,7 @@ pub mod landscapes;
 pub mod layers;
 mod memory;
 pub mod model;
+pub mod paris2019;
 pub mod report;
 pub mod runner;
 pub mod scenes;
@@ -21,7 +22,14 @@ use experiment::Experiment;
 /// Every experiment, in the order of the report.
 pub fn experiments() -> Vec<&'static Experiment> {
     // The ledger comes last: it builds on what the others find.
-    [model::EXPERIMENTS, genevaux2015::EXPERIMENTS, hnaidi2010::EXPERIMENTS, claims::EXPERIMENTS].concat()
+    [
+        model::EXPERIMENTS,
+        genevaux2015::EXPERIMENTS,
+        hnaidi2010::EXPERIMENTS,
+        paris2019::EXPERIMENTS,
+        claims::EXPERIMENTS,
+    ]
+    .concat()
 }
 
 /// The experiments that `ids` name, in the order of the report: an id, or a paper for all of its experiments.

@@ -1,0 +1,67 @@
+//! A terrain of any number of primitives: waves of rock, carved and accreted at random near the surface.
+
+use crate::experiment::ExperimentError;
+use glam::{DVec2, DVec3};
+use terrain_amplify::implicit::heightfield::Heightfield;
+use terrain_amplify::implicit::index::Index;
+use terrain_amplify::implicit::primitive::Primitive;
+use terrain_amplify::implicit::sigmoid::Sigmoid;
+use terrain_amplify::implicit::skeleton::Skeleton;
+use terrain_amplify::implicit::terrain::Terrain;
+use terrain_model::grid::Grid;
+use terrain_model::noise::hash;
+
+/// Falloff of the heightfield, metres.
+const RADIUS: f64 = 4.0;
+/// Metres between samples.
+const SPACING: f64 = 2.0;
+/// Square metres of ground for each primitive: supports then overlap about threefold near the surface.
+const GROUND: f64 = 14.0;
+
+/// Numbers in [0, 1), the `k`-th of `seed`.
+pub fn uniform(seed: u32, k: u32) -> f64 {
+    f64::from(hash::mix(seed, k)) / 4_294_967_296.0
+}
+
+/// Waves 8 m high.
+pub fn waves([x, y]: [f64; 2]) -> f64 {
+    5.0 * libm::sin(x * 0.05) + 3.0 * libm::cos(y * 0.07 + x * 0.02)
+}
+
+/// The side of the ground that `count` primitives need, metres.
+pub fn side(count: usize) -> f64 {
+    (count as f64 * GROUND).sqrt().max(64.0)
+}
+
+/// A terrain with `count` point primitives within 2 m of the surface, radii 2.5 to 5 m, one in four accreting.
+pub fn scattered(count: usize, seed: u32) -> Result<Terrain, ExperimentError> {
+    let side = side(count);
+    let samples = ((side + 4.0 * RADIUS) / SPACING).ceil() as usize + 1;
+    let origin = DVec2::splat(-2.0 * RADIUS);
+    let position = |k: usize| origin + SPACING * DVec2::new((k % samples) as f64, (k / samples) as f64);
+    let values = (0..samples * samples).map(|k| waves(position(k).to_array()) as f32).collect();
+    let grid = Grid::new(origin, DVec2::splat(SPACING), samples, samples, values).map_err(ExperimentError::failed)?;
+    let base = Heightfield::new(&grid, Sigmoid::UnitFree, RADIUS, -24.0).map_err(ExperimentError::failed)?;
+    let primitive = |k: u32| {
+        let random = |j: u32| uniform(seed, 5 * k + j);
+        let [x, y] = [random(0) * side, random(1) * side];
+        let z = waves([x, y]) + 4.0 * random(2) - 2.0;
+        Primitive {
+            skeleton: Skeleton::Point([x as f32, y as f32, z as f32]),
+            radius: (2.5 + 2.5 * random(3)) as f32,
+            energy: if random(4) < 0.25 { 0.4 } else { -0.6 },
+        }
+    };
+    let primitives = Index::new((0..count as u32).map(primitive).collect())
+        .map_err(|k| ExperimentError::failed(format!("primitive {k} is not sound")))?;
+    Ok(Terrain { base: Some(base), primitives })
+}
+
+/// `count` points within 2 m of the waves, in no order.
+pub fn near_surface(count: u32, side: f64, seed: u32) -> Vec<DVec3> {
+    let point = |k: u32| {
+        let [x, y] = [0, 1].map(|j| uniform(seed, 3 * k + j) * side);
+        DVec3::new(x, y, waves([x, y]) + 4.0 * uniform(seed, 3 * k + 2) - 2.0)
+    };
+    (0..count).map(point).collect()
+}
