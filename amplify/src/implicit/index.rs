@@ -101,25 +101,25 @@ impl Index {
         Ok(index)
     }
 
-    /// Cells of half the mean radius of supports: smaller ones list fewer primitives that miss the query, but the index
-    /// grows with the inverse cube. The table of columns holds at most 64 per primitive.
+    /// Cells of three quarters of the mean radius of supports: smaller ones list fewer primitives that miss the query, but
+    /// the index grows with the inverse cube and leaves the caches. The table of columns holds at most 64 per primitive.
     fn choose_cells(&mut self, supports: &[Box3]) {
         let size = self.support.high - self.support.low;
         let mean = supports.iter().map(|b| (b.high - b.low).max_element()).sum::<f64>() / supports.len() as f64;
         let area = size.x * size.y;
         let least = (area / (64.0 * supports.len() as f64)).sqrt().max(size.max_element() / CELLS);
-        self.cell = (0.25 * mean).max(least);
+        self.cell = (0.375 * mean).max(least);
         self.inverse = 1.0 / self.cell;
         self.columns = [size.x, size.y].map(|s| (s * self.inverse) as usize + 1);
         self.table = vec![Column::default(); self.columns[0] * self.columns[1]];
     }
 
-    /// The cell that holds `p`; components may lie outside the table. Monotone in every component.
+    /// The cell that holds `p`; components may lie beyond the table. Monotone in every component. Truncation takes points
+    /// up to a cell below the origin into the first cell: no support reaches them, so all that is listed there is 0.
     #[inline(always)]
     fn cell_of(&self, p: DVec3) -> [i32; 3] {
-        // `floor` of what may be negative, by conversion: everything below the origin is −1 or less.
         let p = (p - self.origin) * self.inverse;
-        [p.x.floor() as i32, p.y.floor() as i32, p.z.floor() as i32]
+        [p.x as i32, p.y as i32, p.z as i32]
     }
 
     fn cell_box(&self, cell: [i32; 3]) -> Box3 {

@@ -73,6 +73,10 @@ impl Skeleton {
         let c = |x: f32| R::constant(f64::from(x));
         let from = |centre: &[f32; 3]| -> [R; 3] { std::array::from_fn(|k| p[k] - c(centre[k])) };
         let squared = |v: [R; 3]| v[0].square() + v[1].square() + v[2].square();
+        // Most are points: a branch that is predicted, before one that is looked up in a table.
+        if let Skeleton::Point(centre) = self {
+            return squared(from(centre));
+        }
         match self {
             Skeleton::Point(centre) => squared(from(centre)),
             Skeleton::Segment(a, b) => {

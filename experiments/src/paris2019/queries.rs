@@ -32,7 +32,7 @@ const PAPER_BYTES: f64 = 59.7;
 
 fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     let counts = [1_000usize, 5_000, 20_000, 165_773];
-    let queries = ctx.profile.pick(400_000, 4_000_000);
+    let queries = ctx.profile.pick(1_000_000, 4_000_000);
     let seed = ctx.seed as u32;
     let mut outcome = Outcome::new(Verdict::Reproduced);
     let mut table = Table::new("queries", "Random values within 2 m of the surface, one thread")
@@ -43,7 +43,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         .column("index, bytes a primitive")
         .machine_column("queries a second")
         .machine_column("index built in");
-    let mut plot =
+    let plot =
         Plot::new("work", "Primitives looked at for a query", Axis::log("primitives"), Axis::linear("a query"));
     let (mut looked, mut covering) = (Vec::new(), Vec::new());
     let (mut wrong, mut slow) = (0, Vec::new());

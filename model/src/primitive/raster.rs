@@ -231,6 +231,7 @@ impl Image {
         Block([low, high, u0.0.min(u1.0), u0.1.max(u1.1), v0.0.min(v1.0), v0.1.max(v1.1)])
     }
     /// Cell and position inside it along one axis of `cells` cells; positions outside are clamped to the border.
+    #[inline]
     fn locate(cells: usize, base: i32, u: f64) -> (usize, f64) {
         let u = (u + f64::from(base)).clamp(0.0, cells as f64);
         let cell = (u as usize).min(cells - 1);
