@@ -26,5 +26,6 @@ pub const INPUTS: &[(&str, &str)] = &[
     ("papers/model/verdicts.toml", verdicts::MODEL),
     ("papers/paris2019/claims.toml", ledger::PARIS2019),
     ("papers/paris2019/tables.toml", tables::PARIS2019),
+    ("papers/paris2019/verdicts.toml", verdicts::PARIS2019),
     ("papers/tessellation/claims.toml", ledger::TESSELLATION),
 ];

@@ -9,10 +9,16 @@ pub(crate) const GENEVAUX2015: &str = include_str!("../genevaux2015/verdicts.tom
 pub(crate) const HNAIDI2010: &str = include_str!("../hnaidi2010/verdicts.toml");
 pub(crate) const LEDGER: &str = include_str!("../ledger/verdicts.toml");
 pub(crate) const MODEL: &str = include_str!("../model/verdicts.toml");
+pub(crate) const PARIS2019: &str = include_str!("../paris2019/verdicts.toml");
 
 /// Folder and text of each `verdicts.toml`: one per paper, that of the experiments on the model's own executors, and that of the ledger.
-const FILES: &[(&str, &str)] =
-    &[("model", MODEL), ("genevaux2015", GENEVAUX2015), ("hnaidi2010", HNAIDI2010), ("ledger", LEDGER)];
+const FILES: &[(&str, &str)] = &[
+    ("model", MODEL),
+    ("genevaux2015", GENEVAUX2015),
+    ("hnaidi2010", HNAIDI2010),
+    ("paris2019", PARIS2019),
+    ("ledger", LEDGER),
+];
 
 /// What an experiment says of the paper's table or figure. The order is from best to worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

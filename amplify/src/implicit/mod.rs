@@ -3,6 +3,7 @@
 pub mod heightfield;
 pub mod index;
 pub mod primitive;
+pub mod ray;
 pub mod sigmoid;
 pub mod skeleton;
 pub mod terrain;

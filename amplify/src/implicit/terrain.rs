@@ -4,6 +4,7 @@ use super::heightfield::Heightfield;
 use super::index::Index;
 use crate::field::{Box3, Density, DensityBounds};
 use glam::DVec3;
+use terrain_model::primitive::image::ImageNumber;
 
 /// The blend of a heightfield and compact primitives; either may be missing.
 #[derive(Clone, Debug)]
@@ -12,6 +13,15 @@ pub struct Terrain {
     pub base: Option<Heightfield>,
     /// What accretes and carves.
     pub primitives: Index,
+}
+
+impl Terrain {
+    /// f on any number, over the primitives whose support may meet `region`, which holds `p`.
+    pub fn density<R: ImageNumber>(&self, p: [R; 3], region: &Box3) -> R {
+        let base = self.base.as_ref().map_or(R::zero(), |base| base.density(p));
+        let all = self.primitives.primitives();
+        self.primitives.among(region).iter().fold(base, |sum, &k| sum + all[k as usize].density(p))
+    }
 }
 
 impl Density for Terrain {

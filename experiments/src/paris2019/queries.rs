@@ -43,8 +43,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         .column("index, bytes a primitive")
         .machine_column("queries a second")
         .machine_column("index built in");
-    let plot =
-        Plot::new("work", "Primitives looked at for a query", Axis::log("primitives"), Axis::linear("a query"));
+    let plot = Plot::new("work", "Primitives looked at for a query", Axis::log("primitives"), Axis::linear("a query"));
     let (mut looked, mut covering) = (Vec::new(), Vec::new());
     let (mut wrong, mut slow) = (0, Vec::new());
     let progress = ctx.progress("terrains", counts.len() as u64);

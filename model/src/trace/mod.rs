@@ -146,7 +146,10 @@ impl Tracer {
     /// Traces one ray of a surface.
     pub fn trace(self, surface: &Surface<'_>, ray: &mut HeightRay<'_>, settings: &Settings) -> Answer {
         match self {
-            Tracer::Sphere => sphere::trace(ray, surface.global(), settings),
+            Tracer::Sphere => {
+                let global = surface.global();
+                sphere::trace(ray, global.steepest(), global.weight_slope, settings)
+            }
             Tracer::Accelerated => accelerated::trace(ray, settings),
             Tracer::AcceleratedPaper => accelerated::trace_paper(ray, settings),
             Tracer::Segment => segment::trace(ray, settings),

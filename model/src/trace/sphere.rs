@@ -73,12 +73,18 @@ pub struct Global {
     pub weight_slope: f64,
 }
 
-/// Traces one ray.
-pub fn trace<F: RayFunction>(function: &mut F, global: Global, settings: &Settings) -> Answer {
-    let steepest = Interval::length(Interval::point(1.0), Interval::point(global.slope)).hi();
+impl Global {
+    /// λ_h = √(1 + λ_f²): no h changes faster along a ray.
+    pub fn steepest(&self) -> f64 {
+        Interval::length(Interval::point(1.0), Interval::point(self.slope)).hi()
+    }
+}
+
+/// Traces one ray along which h changes by at most `steepest` a metre while it is in the domain, and α by `weight_slope`.
+pub fn trace<F: RayFunction>(function: &mut F, steepest: f64, weight_slope: f64, settings: &Settings) -> Answer {
     let mut candidate = Candidate::whole();
     march(function, settings, |function, t, end, point| {
-        let to_border = over_down(point.weight - THRESHOLD, global.weight_slope.max(f64::MIN_POSITIVE));
+        let to_border = over_down(point.weight - THRESHOLD, weight_slope.max(f64::MIN_POSITIVE));
         let to_surface = over_down(point.height - TOUCH, steepest);
         if point.in_domain() && to_surface <= to_border {
             candidate.follow(to_surface, settings);
