@@ -105,6 +105,59 @@ impl<'a> DensityRay<'a> {
     }
 }
 
+/// What enclosures prove about a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Certified {
+    /// Air up to `t0`, rock at `t1`, the two no farther apart than asked.
+    Hit {
+        /// Metres along the ray.
+        t0: f64,
+        /// Metres along the ray.
+        t1: f64,
+    },
+    /// Rock where the ray starts or enters the support.
+    Inside,
+    /// Air all along.
+    Miss,
+    /// Air up to here; the next piece withstood.
+    Undecided {
+        /// Metres along the ray.
+        t: f64,
+    },
+}
+
+impl DensityRay<'_> {
+    /// The first hit within `bracket` metres, proved. Never asks for `bounds`, only for enclosures of f and f′ along the ray,
+    /// so that it can convict a wrong bound.
+    pub fn certify(&mut self, bracket: f64) -> Certified {
+        let Some((start, end)) = self.span() else { return Certified::Miss };
+        let at = |ray: &mut Self, t: f64| ray.enclose(t, t).height;
+        if at(self, start).hi() < 0.0 {
+            return Certified::Inside;
+        }
+        let (mut t, mut delta) = (start, 1.0);
+        while t < end {
+            let far = (t + delta).min(end).max(t.next_up());
+            let over = self.enclose(t, far);
+            let middle = 0.5 * (t + far);
+            let reach = (far - t).next_up();
+            // Mean value form: f is Lipschitz, its slope enclosed on both sides of every crease.
+            let clear =
+                over.height.lo() > 0.0 || (at(self, middle) + over.slope * Interval::symmetric(0.5 * reach)).lo() > 0.0;
+            if clear {
+                (t, delta) = (far, 2.0 * delta);
+            } else if far - t > bracket {
+                delta = 0.5 * (far - t);
+            } else if at(self, far).hi() < 0.0 {
+                return Certified::Hit { t0: t, t1: far };
+            } else {
+                return Certified::Undecided { t };
+            }
+        }
+        Certified::Miss
+    }
+}
+
 impl RayFunction for DensityRay<'_> {
     fn span(&self) -> Option<(f64, f64)> {
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
@@ -194,7 +247,7 @@ mod tests {
     fn every_tracer_meets_the_surface_first_where_values_do() {
         let terrain = carved();
         let surface = Surface::new(&terrain);
-        let (mut hits, mut misses) = (0, 0);
+        let (mut hits, mut misses, mut proved) = (0, 0, 0);
         for k in 0..150 {
             let ray = ray(k);
             let first = walked(&terrain, &ray, 150.0);
@@ -215,9 +268,19 @@ mod tests {
                     (Answer::Hit { t }, None) => assert!((terrain.value(ray.at(t)) - THRESHOLD).abs() < 1e-3),
                     other => panic!("{} ray {k}: {other:?}", tracer.name()),
                 }
+                match DensityRay::new(&surface, ray).certify(1e-3) {
+                    Certified::Hit { t0, t1 } => {
+                        let t = answer.distance().expect("a hit is proved");
+                        assert!(t0 - SETTINGS.bracket <= t && t <= t1 + 1e-9, "{} ray {k}: {t} {t0}", tracer.name());
+                        proved += 1;
+                    }
+                    Certified::Miss => assert_eq!(answer, Answer::Miss),
+                    Certified::Inside => panic!("ray {k} starts in the air"),
+                    Certified::Undecided { .. } => {}
+                }
             }
         }
-        assert!(hits > 300 && misses > 3, "{hits} hits, {misses} misses");
+        assert!(hits > 300 && misses > 3 && proved > 300, "{hits} hits, {misses} misses, {proved} proved");
     }
 
     /// The control: a slope bound that is too small makes the sphere tracer pass what values meet.

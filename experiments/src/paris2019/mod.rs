@@ -2,8 +2,9 @@
 
 mod queries;
 mod scenes;
+mod tracing;
 
 use crate::experiment::Experiment;
 
 /// This paper's experiments, in the order of the report.
-pub const EXPERIMENTS: &[&Experiment] = &[&queries::EXPERIMENT];
+pub const EXPERIMENTS: &[&Experiment] = &[&queries::EXPERIMENT, &tracing::EXPERIMENT];
