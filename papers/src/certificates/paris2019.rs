@@ -3,6 +3,7 @@
 use super::search::{Finding, Form, Number, Smooth, smooth_below};
 use super::witness::{Measure, Sides, Statement};
 use super::{Certificate, Kind};
+use terrain_amplify::implicit::sigmoid::Sigmoid;
 use terrain_model::dual::Dual;
 use terrain_model::falloff::wyvill;
 use terrain_model::real::Real;
@@ -142,7 +143,7 @@ pub(super) const ALL: &[Certificate] = &[
     },
 ];
 
-const T: f64 = 0.5;
+const T: f64 = terrain_amplify::field::THRESHOLD;
 
 struct Octaves;
 impl Measure<1> for Octaves {
@@ -230,12 +231,9 @@ impl Measure<3> for Fold {
     }
 }
 
-/// The printed cubic on [0, R] (§5.1): σ(0) = T, σ′(0) = 1, σ(R) = 2T, σ′(R) = 0, in y = x/R.
+/// The printed cubic on [0, R] (§5.1) at y = x/R, by the formula that is drawn.
 fn cubic<R: Real>(radius: R, y: R) -> R {
-    let tau = R::constant(T) / radius;
-    let (three, two, one) = (R::constant(3.0), R::constant(2.0), R::one());
-    let s = y * (one + y * (three * tau - two + y * (one - two * tau)));
-    R::constant(T) + radius * s
+    Sigmoid::Paper.value(radius * y, radius)
 }
 
 struct AtZero;
@@ -260,7 +258,7 @@ impl Measure<2> for OddJump {
 struct Overshoot;
 impl Measure<2> for Overshoot {
     fn sides<R: Number>(&self, [radius, y]: [R; 2]) -> Sides<R> {
-        let unit_free = R::constant(T) + R::constant(0.5 * T) * (R::constant(3.0) * y - y.square() * y);
+        let unit_free = Sigmoid::UnitFree.value(radius * y, radius);
         Sides::forms(cubic(radius, y), unit_free, R::constant(2.0 * T * (1.0 + 1e-12)))
     }
 }
