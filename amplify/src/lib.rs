@@ -1,3 +1,4 @@
 //! Heightfields amplified to implicit 3D terrain (Paris 2019).
 
 pub mod field;
+pub mod geology;
