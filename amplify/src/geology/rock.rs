@@ -53,7 +53,7 @@ pub(super) struct Polyline {
 }
 
 /// Upper bound of u(1 − u²)³, at u² = 1/7.
-const TAPER_REACH: f64 = 0.2381;
+pub(super) const TAPER_REACH: f64 = 0.2381;
 
 impl Rock {
     /// ρ at `p`. `torn` becomes true where an enclosure meets both sides of a fault.
