@@ -23,7 +23,7 @@ pub(super) fn compile(node: &Node, scene: u32, place: &str) -> Result<Rock, Geol
         Node::Plane { point, normal, radius, resistance, roughness, wavelength, octaves, seed } => {
             check.finite("point", *point)?;
             check.direction(*normal)?;
-            check.length("radius", *radius)?;
+            check.positive("radius", *radius)?;
             check.within("resistance", *resistance, 0.0, 1.0)?;
             check.within("roughness", *roughness, 0.0, 1.0)?;
             Rock::Plane {
@@ -40,7 +40,7 @@ pub(super) fn compile(node: &Node, scene: u32, place: &str) -> Result<Rock, Geol
                 return check.fail("blend", "expected at least one (weight, node)".to_owned());
             }
             for (weight, _) in parts {
-                check.length("blend weight", *weight)?;
+                check.positive("blend weight", *weight)?;
             }
             let total: f64 = parts.iter().map(|(weight, _)| weight).sum();
             let part = |(k, (weight, node)): (usize, &(f64, Node))| {
@@ -53,7 +53,7 @@ pub(super) fn compile(node: &Node, scene: u32, place: &str) -> Result<Rock, Geol
         }
         Node::Fold { amplitude, wavelength, octaves, seed: own, allow_overturned, child } => {
             check.waves(*wavelength, *octaves)?;
-            check.length("amplitude", *amplitude)?;
+            check.positive("amplitude", *amplitude)?;
             let noise = Box::new(channels(*wavelength, *octaves, seed(scene, *own)));
             let channel = amplitude / 3.0_f64.sqrt();
             let slope = fold_slope(channel, &noise);
@@ -69,8 +69,8 @@ pub(super) fn compile(node: &Node, scene: u32, place: &str) -> Result<Rock, Geol
         }
         Node::Taper { centre, radius, height, compression, child } => {
             check.finite("centre", *centre)?;
-            check.length("radius", *radius)?;
-            check.length("height", *height)?;
+            check.positive("radius", *radius)?;
+            check.positive("height", *height)?;
             // d/du of u(1 − u²)³ has minimum −32/49 and maximum 1.
             if !(*compression > -1.0 && *compression < 49.0 / 32.0) {
                 let problem = format!("expected above -1 and below 49/32 = 1.53125, found {compression}");
@@ -104,14 +104,14 @@ impl Check<'_> {
         self.fail(name, format!("expected {low} to {high}, found {value}"))
     }
     /// Squares and reciprocals of the accepted numbers are finite and above 0.
-    fn length(&self, name: &str, value: f64) -> Result<(), GeologyError> {
+    fn positive(&self, name: &str, value: f64) -> Result<(), GeologyError> {
         if (1e-6..=1e9).contains(&value) {
             return Ok(());
         }
         self.fail(name, format!("expected 1e-6 to 1e9, found {value}"))
     }
     fn waves(&self, wavelength: f64, octaves: u32) -> Result<(), GeologyError> {
-        self.length("wavelength", wavelength)?;
+        self.positive("wavelength", wavelength)?;
         if (1..=16).contains(&octaves) {
             return Ok(());
         }
@@ -125,7 +125,7 @@ impl Check<'_> {
     }
     fn direction(&self, normal: DVec3) -> Result<(), GeologyError> {
         self.finite("normal", normal)?;
-        self.length("length of normal", normal.length())
+        self.positive("length of normal", normal.length())
     }
     fn local(&self, local: &Local) -> Result<Polyline, GeologyError> {
         let (points, radius, change) = match local {
@@ -141,9 +141,9 @@ impl Check<'_> {
             self.finite("points", *p)?;
         }
         for ends in points.windows(2) {
-            self.length("distance of neighbouring points", ends[0].distance(ends[1]))?;
+            self.positive("distance of neighbouring points", ends[0].distance(ends[1]))?;
         }
-        self.length("radius", radius)?;
+        self.positive("radius", radius)?;
         self.within("change", change, -1.0, 1.0)?;
         Ok(Polyline { points, radius, change })
     }

@@ -164,6 +164,25 @@ fn the_hunt_convicts_a_bound_that_is_too_small() {
 }
 
 #[test]
+fn bounds_hold_on_boxes_of_any_size() {
+    for kind in Archetype::ALL {
+        let geology = kind.geology();
+        for half in [1e3, 1e6, 1e12] {
+            let region = Box3::around(DVec3::ZERO, half);
+            let bounds = geology.bounds(&region);
+            assert!(Interval::UNIT.encloses(bounds.range) && bounds.slope > 0.0, "{bounds:?}");
+            assert_eq!(bounds.slope.is_finite(), kind != Archetype::Faulted, "{}: {bounds:?}", kind.name());
+            for p in points(&region, 50) {
+                assert!(bounds.range.contains(geology.value(p)), "{} at {p}", kind.name());
+            }
+        }
+        let all = Box3::new(DVec3::NEG_INFINITY, DVec3::INFINITY);
+        assert!(Interval::UNIT.encloses(geology.bounds(&all).range));
+        assert!(!geology.bounds(&all).slope.is_nan());
+    }
+}
+
+#[test]
 fn the_gradient_is_the_finite_difference() {
     let error = |geology: &Geology, p: DVec3, scale: f64| {
         let h = 1e-5;
