@@ -1,4 +1,5 @@
 //! Heightfields amplified to implicit 3D terrain (Paris 2019).
 
 pub mod field;
+pub mod geology;
 pub mod implicit;
