@@ -226,7 +226,7 @@ mod tests {
         let point = |k: u32| {
             let at = |j: u32, low: f64, size: f64| (low + size * random(4 * k + j)) as f32;
             let skeleton = Skeleton::Point([at(0, 100.0, 64.0), at(1, -20.0, 72.0), at(2, -10.0, 18.0)]);
-            Primitive { skeleton, radius: 4.0, energy: if k % 3 == 0 { 0.7 } else { -0.8 } }
+            Primitive { skeleton, radius: 4.0, energy: if k.is_multiple_of(3) { 0.7 } else { -0.8 } }
         };
         Terrain { base: Some(base), primitives: Index::new((0..120).map(point).collect()).unwrap() }
     }

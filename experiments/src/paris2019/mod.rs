@@ -1,5 +1,6 @@
 //! Paris et al. 2019: one module per table, figure or claim.
 
+mod geology;
 mod queries;
 mod scenes;
 mod tracing;
@@ -7,4 +8,4 @@ mod tracing;
 use crate::experiment::Experiment;
 
 /// This paper's experiments, in the order of the report.
-pub const EXPERIMENTS: &[&Experiment] = &[&queries::EXPERIMENT, &tracing::EXPERIMENT];
+pub const EXPERIMENTS: &[&Experiment] = &[&geology::EXPERIMENT, &queries::EXPERIMENT, &tracing::EXPERIMENT];
