@@ -1,6 +1,7 @@
 //! Paris et al. 2019: one module per table, figure or claim.
 
 mod geology;
+mod meshing;
 mod queries;
 mod scenes;
 mod tracing;
@@ -8,4 +9,5 @@ mod tracing;
 use crate::experiment::Experiment;
 
 /// This paper's experiments, in the order of the report.
-pub const EXPERIMENTS: &[&Experiment] = &[&geology::EXPERIMENT, &queries::EXPERIMENT, &tracing::EXPERIMENT];
+pub const EXPERIMENTS: &[&Experiment] =
+    &[&geology::EXPERIMENT, &queries::EXPERIMENT, &meshing::EXPERIMENT, &tracing::EXPERIMENT];
