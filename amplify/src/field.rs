@@ -93,6 +93,12 @@ pub trait Density: Sync {
     fn bounds(&self, region: &Box3) -> DensityBounds;
     /// f is 0 off this box.
     fn support(&self) -> Box3;
+    /// [`Density::bounds`], and the numbers of the parts that may be non-zero in `region`. `among` is what a call over a box
+    /// that holds `region` gave: other parts are not looked at. A field without parts has none.
+    fn narrow(&self, region: &Box3, among: Option<&[u32]>) -> (DensityBounds, Vec<u32>) {
+        let _ = among;
+        (self.bounds(region), Vec::new())
+    }
 }
 
 #[cfg(test)]

@@ -257,13 +257,24 @@ impl Index {
         })
     }
 
-    /// Encloses the sum over `region`: ranges and slopes add.
-    pub fn bounds(&self, base: DensityBounds, region: &Box3) -> DensityBounds {
-        self.among(region).iter().fold(base, |sum, &k| {
+    /// Encloses the sum over `region`, ranges and slopes added, and says which primitives may be non-zero there; `among` is
+    /// what a call over a larger box said.
+    pub fn narrow(&self, base: DensityBounds, region: &Box3, among: Option<&[u32]>) -> (DensityBounds, Vec<u32>) {
+        let mut near = match among {
+            Some(some) => some.to_vec(),
+            None => self.among(region),
+        };
+        let mut sum = base;
+        near.retain(|&k| {
             let one = self.primitives[k as usize].bounds(region);
+            if one == DensityBounds::ZERO {
+                return false;
+            }
             let range: Interval = sum.range + one.range;
-            DensityBounds { range, slope: plus_up(sum.slope, one.slope) }
-        })
+            sum = DensityBounds { range, slope: plus_up(sum.slope, one.slope) };
+            true
+        });
+        (sum, near)
     }
 }
 

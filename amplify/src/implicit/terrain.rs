@@ -39,8 +39,11 @@ impl Density for Terrain {
         self.primitives.sample(self.base.as_ref().map_or((0.0, DVec3::ZERO), |base| base.sample(p)), p)
     }
     fn bounds(&self, region: &Box3) -> DensityBounds {
+        self.narrow(region, None).0
+    }
+    fn narrow(&self, region: &Box3, among: Option<&[u32]>) -> (DensityBounds, Vec<u32>) {
         let base = self.base.as_ref().map_or(DensityBounds::ZERO, |base| base.bounds(region));
-        self.primitives.bounds(base, region)
+        self.primitives.narrow(base, region, among)
     }
     fn support(&self) -> Box3 {
         let base = self.base.as_ref().map_or(Box3::EMPTY, Density::support);
@@ -90,7 +93,10 @@ mod tests {
             let values: Vec<f64> = points.iter().map(|&p| terrain.value(p)).collect();
             prop_assert_eq!(&terrain.values(&points), &values);
             let region = Box3::new(points[0], points[0] + size);
+            let (around, near) = terrain.narrow(&Box3::new(points[0] - 3.0, points[0] + 30.0), None);
             let bounds = terrain.bounds(&region);
+            prop_assert_eq!(terrain.narrow(&region, Some(&near)).0, bounds);
+            prop_assert!(around.range.encloses(bounds.range));
             for pair in points.windows(2) {
                 let [p, q] = [pair[0], pair[1]].map(|p| p.clamp(region.low, region.high));
                 let (f, g) = (terrain.value(p), terrain.value(q));

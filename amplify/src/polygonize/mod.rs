@@ -165,7 +165,7 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         const SIDE: usize = BLOCK + 1;
         let mut piece = Piece::default();
         let mut groups = Vec::new();
-        self.groups(low, BLOCK, &mut groups, &mut piece.report);
+        self.groups(low, BLOCK, None, &mut groups, &mut piece.report);
         if groups.is_empty() {
             return piece;
         }
@@ -200,14 +200,22 @@ impl<'a, F: Density> Polygonizer<'a, F> {
     }
 
     /// The groups of [`SMALLEST`] cubes a side from `low` on that may hold the surface.
-    fn groups(&self, low: [usize; 3], side: usize, found: &mut Vec<[usize; 3]>, report: &mut Report) {
+    fn groups(
+        &self,
+        low: [usize; 3],
+        side: usize,
+        among: Option<&[u32]>,
+        found: &mut Vec<[usize; 3]>,
+        report: &mut Report,
+    ) {
         let cells = self.lattice.cells();
         if (0..3).any(|axis| low[axis] >= cells[axis]) {
             return;
         }
         let high = self.clipped(low, side);
         let at_border = (0..3).any(|axis| low[axis] == 0 || high[axis] == cells[axis]);
-        let range = self.field.bounds(&self.lattice.region(low, high)).range;
+        let (bounds, parts) = self.field.narrow(&self.lattice.region(low, high), among);
+        let range = bounds.range;
         report.enclosures += 1;
         // Rock at the border still has a wall there.
         if range.hi() <= THRESHOLD || (range.lo() > THRESHOLD && !at_border) {
@@ -219,12 +227,8 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         }
         let half = side / 2;
         for c in 0..8 {
-            self.groups(
-                [low[0] + (c & 1) * half, low[1] + (c >> 1 & 1) * half, low[2] + (c >> 2) * half],
-                half,
-                found,
-                report,
-            );
+            let at = std::array::from_fn(|axis| low[axis] + (c >> axis & 1) * half);
+            self.groups(at, half, Some(&parts), found, report);
         }
     }
 
