@@ -80,7 +80,7 @@ impl DensityBounds {
 }
 
 /// A field f: R³ → R, rock where f exceeds [`THRESHOLD`] (Paris 2019 §5).
-pub trait Density: Sync {
+pub trait Density: Clone + Send + Sync {
     /// f at `p`.
     fn value(&self, p: DVec3) -> f64;
     /// f at each of `points`, the same numbers as [`Density::value`] gives, faster where a field can order the work.
@@ -91,13 +91,28 @@ pub trait Density: Sync {
     fn sample(&self, p: DVec3) -> (f64, DVec3);
     /// Encloses f and its slope over `region`.
     fn bounds(&self, region: &Box3) -> DensityBounds;
-    /// f is 0 off this box.
+    /// Off this box there is air: f ≤ 0.
     fn support(&self) -> Box3;
-    /// [`Density::bounds`], and the numbers of the parts that may be non-zero in `region`. `among` is what a call over a box
-    /// that holds `region` gave: other parts are not looked at. A field without parts has none.
-    fn narrow(&self, region: &Box3, among: Option<&[u32]>) -> (DensityBounds, Vec<u32>) {
-        let _ = among;
-        (self.bounds(region), Vec::new())
+    /// [`Density::bounds`], and a field that has the same values in `region`, to the bit, and is no slower.
+    fn narrow(&self, region: &Box3) -> (DensityBounds, Self) {
+        (self.bounds(region), self.clone())
+    }
+    /// Is it a bare heightfield surface, so that a value is a look-up of an elevation?
+    fn is_heightfield(&self) -> bool {
+        false
+    }
+    /// f at the corners of a block: `out[(k·ny + j)·nx + i]` is f(x[i], y[j], z[k]), the numbers that [`Density::value`]
+    /// gives.
+    fn fill(&self, axes: [&[f64]; 3], out: &mut [f64]) {
+        let [xs, ys, zs] = axes;
+        let mut slots = out.iter_mut();
+        for &z in zs {
+            for &y in ys {
+                for (&x, slot) in xs.iter().zip(&mut slots) {
+                    *slot = self.value(DVec3::new(x, y, z));
+                }
+            }
+        }
     }
 }
 

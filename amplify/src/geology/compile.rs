@@ -1,8 +1,8 @@
 //! From the authored tree to the one that evaluates, checking every value on the way.
 
 use super::node::{GeologyError, Local, Node};
-use super::noise::{Turbulence, channels, seed};
-use super::rock::{Polyline, Rock, fold_slope};
+use super::noise::{Turbulence, channels, fold_slope, seed};
+use super::rock::{Polyline, Rock};
 use glam::DVec3;
 
 /// `scene` is the scene's seed, `place` the path of `node`.

@@ -18,7 +18,7 @@
 mod archetype;
 mod compile;
 mod node;
-mod noise;
+pub(crate) mod noise;
 mod rock;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! The tree ready to evaluate: every node's formula once over any number type, and its Lipschitz constant.
 
-use super::noise::Turbulence;
+use super::noise::{Turbulence, fold_slope};
 use glam::DVec3;
 use terrain_model::falloff::{WYVILL_SLOPE, wyvill};
 use terrain_model::noise::NoiseValue;
@@ -128,12 +128,6 @@ impl Rock {
             }
         }
     }
-}
-
-/// Lip(δ) of three channels of this amplitude: the Frobenius norm of the Jacobian bounds its operator norm.
-pub(super) fn fold_slope(amplitude: f64, noise: &[Turbulence; 3]) -> f64 {
-    let [x, y, z] = [0, 1, 2].map(|k| amplitude * noise[k].slope);
-    (x * x + y * y + z * z).sqrt()
 }
 
 impl Polyline {

@@ -1,9 +1,11 @@
-//! The implicit terrain: a heightfield made a volume, and the compact primitives that accrete and carve it (Paris 2019 §5).
+//! The implicit terrain: a heightfield made a volume, and what accretes and carves it (Paris 2019 §5).
 
 pub mod heightfield;
 pub mod index;
 pub mod primitive;
+pub mod prism;
 pub mod ray;
 pub mod sigmoid;
 pub mod skeleton;
-pub mod terrain;
+pub mod surface;
+pub mod volume;

@@ -1,7 +1,7 @@
 //! An implicit terrain along a ray, for the tracers of `model`: h(t) = T − f(p(t)), positive in the air, in units of f. Every
 //! point is in the domain, so weights are 1.
 
-use super::terrain::Terrain;
+use super::volume::Volume;
 use crate::field::{Box3, Density, THRESHOLD};
 use glam::DVec3;
 use terrain_model::dual::Dual;
@@ -11,10 +11,10 @@ use terrain_model::trace::{Answer, Ray, RayBounds, RayFunction, RayPoint, Settin
 /// When a tracer of densities stops: ε is in units of f.
 pub const SETTINGS: Settings = Settings { epsilon: 1e-4, bracket: 1e-2, edge: 1e-7, max_steps: 200_000 };
 
-/// A terrain prepared for tracing.
+/// A volume prepared for tracing.
 #[derive(Debug)]
-pub struct Surface<'a> {
-    terrain: &'a Terrain,
+pub struct Traceable<'a> {
+    volume: &'a Volume,
     support: Box3,
     slope: f64,
 }
@@ -22,11 +22,11 @@ pub struct Surface<'a> {
 /// How finely the global slope bound is sought: boxes a side along the support's longest.
 const PARTS: f64 = 64.0;
 
-impl<'a> Surface<'a> {
+impl<'a> Traceable<'a> {
     /// Bounds |∇f| by the largest bound of the boxes that may hold the surface: the tight global bound.
-    pub fn new(terrain: &'a Terrain) -> Surface<'a> {
-        let support = terrain.support();
-        let mut surface = Surface { terrain, support, slope: 0.0 };
+    pub fn new(volume: &'a Volume) -> Traceable<'a> {
+        let support = volume.support();
+        let mut surface = Traceable { volume, support, slope: 0.0 };
         let size = support.high - support.low;
         let side = size.max_element() / PARTS;
         let counts = (size / side).ceil().max(DVec3::ONE);
@@ -35,7 +35,7 @@ impl<'a> Surface<'a> {
             let at = DVec3::new((k % nx) as f64, (k / nx % ny) as f64, (k / nx / ny) as f64);
             let [low, high] = [at - 1e-9, at + (1.0 + 1e-9)].map(|at| support.low + at * side);
             // Steps are taken in the air and end at the surface: what is all rock is never crossed.
-            let bounds = terrain.bounds(&Box3 { low, high });
+            let bounds = volume.bounds(&Box3 { low, high });
             if bounds.range.lo() <= THRESHOLD {
                 surface.slope = surface.slope.max(bounds.slope);
             }
@@ -51,7 +51,7 @@ impl<'a> Surface<'a> {
 /// Follows one ray.
 #[derive(Debug)]
 pub struct DensityRay<'a> {
-    surface: &'a Surface<'a>,
+    surface: &'a Traceable<'a>,
     ray: Ray,
     evaluations: u64,
 }
@@ -90,7 +90,7 @@ impl Tracer {
 
 impl<'a> DensityRay<'a> {
     /// A ray through `surface`.
-    pub fn new(surface: &'a Surface<'a>, ray: Ray) -> DensityRay<'a> {
+    pub fn new(surface: &'a Traceable<'a>, ray: Ray) -> DensityRay<'a> {
         DensityRay { surface, ray, evaluations: 0 }
     }
     /// The points of the ray at `t`, with their derivatives by t.
@@ -178,16 +178,16 @@ impl RayFunction for DensityRay<'_> {
     }
     fn value(&mut self, t: f64) -> RayPoint {
         self.evaluations += 1;
-        RayPoint { height: THRESHOLD - self.surface.terrain.value(self.ray.at(t)), weight: 1.0 }
+        RayPoint { height: THRESHOLD - self.surface.volume.value(self.ray.at(t)), weight: 1.0 }
     }
     fn slope(&mut self, t: f64) -> f64 {
         self.evaluations += 1;
-        -self.surface.terrain.sample(self.ray.at(t)).1.dot(self.ray.direction)
+        -self.surface.volume.sample(self.ray.at(t)).1.dot(self.ray.direction)
     }
     fn bounds(&mut self, t0: f64, t1: f64) -> RayBounds {
         self.evaluations += 1;
         let region = DensityRay::region(self.along(Interval::new(t0, t1)));
-        let bounds = self.surface.terrain.bounds(&region);
+        let bounds = self.surface.volume.bounds(&region);
         RayBounds {
             height: Interval::point(THRESHOLD) - bounds.range,
             slope: Interval::symmetric(bounds.slope),
@@ -198,7 +198,7 @@ impl RayFunction for DensityRay<'_> {
     fn enclose(&mut self, t0: f64, t1: f64) -> RayBounds {
         self.evaluations += 1;
         let p = self.along(Interval::new(t0, t1));
-        let h = Dual::fixed(Interval::point(THRESHOLD)) - self.surface.terrain.density(p, &DensityRay::region(p));
+        let h = Dual::fixed(Interval::point(THRESHOLD)) - self.surface.volume.density(p);
         RayBounds { height: h.value, slope: h.slope[0], weight: Interval::point(1.0), weight_slope: 0.0 }
     }
     fn evaluations(&self) -> u64 {
@@ -208,9 +208,7 @@ impl RayFunction for DensityRay<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::heightfield::Heightfield;
-    use super::super::heightfield::tests::waves;
-    use super::super::index::Index;
+    use super::super::heightfield::tests::ground;
     use super::super::primitive::Primitive;
     use super::super::sigmoid::Sigmoid;
     use super::super::skeleton::Skeleton;
@@ -221,14 +219,13 @@ mod tests {
         f64::from(hash::mix(11, k)) / 4_294_967_296.0
     }
 
-    fn carved() -> Terrain {
-        let base = Heightfield::new(&waves(), Sigmoid::UnitFree, 3.0, -25.0).unwrap();
+    fn carved() -> Volume {
         let point = |k: u32| {
             let at = |j: u32, low: f64, size: f64| (low + size * random(4 * k + j)) as f32;
             let skeleton = Skeleton::Point([at(0, 100.0, 64.0), at(1, -20.0, 72.0), at(2, -10.0, 18.0)]);
             Primitive { skeleton, radius: 4.0, energy: if k.is_multiple_of(3) { 0.7 } else { -0.8 } }
         };
-        Terrain { base: Some(base), primitives: Index::new((0..120).map(point).collect()).unwrap() }
+        Volume::terrain(ground(Sigmoid::UnitFree, 3.0), (0..120).map(point).collect()).unwrap()
     }
 
     fn ray(k: u32) -> Ray {
@@ -239,14 +236,14 @@ mod tests {
     }
 
     /// Where f first reaches T, by values alone, 5 mm apart.
-    fn walked(terrain: &Terrain, ray: &Ray, end: f64) -> Option<f64> {
+    fn walked(terrain: &Volume, ray: &Ray, end: f64) -> Option<f64> {
         (0..).map(|k| f64::from(k) * 5e-3).take_while(|&t| t <= end).find(|&t| terrain.value(ray.at(t)) >= THRESHOLD)
     }
 
     #[test]
     fn every_tracer_meets_the_surface_first_where_values_do() {
         let terrain = carved();
-        let surface = Surface::new(&terrain);
+        let surface = Traceable::new(&terrain);
         let (mut hits, mut misses, mut proved) = (0, 0, 0);
         for k in 0..150 {
             let ray = ray(k);
@@ -287,7 +284,7 @@ mod tests {
     #[test]
     fn a_tenth_of_the_slope_bound_misses_surfaces() {
         let terrain = carved();
-        let mut surface = Surface::new(&terrain);
+        let mut surface = Traceable::new(&terrain);
         surface.slope *= 0.1;
         let late = (0..150).filter(|&k| {
             let Some(first) = walked(&terrain, &ray(k), 150.0) else { return false };
@@ -300,7 +297,7 @@ mod tests {
     #[test]
     fn bounds_along_a_ray_enclose_its_values() {
         let terrain = carved();
-        let surface = Surface::new(&terrain);
+        let surface = Traceable::new(&terrain);
         for k in 0..300 {
             let mut ray = DensityRay::new(&surface, ray(k));
             let (t0, size) = (40.0 * random(3 * k + 1), 12.0 * random(3 * k + 2));

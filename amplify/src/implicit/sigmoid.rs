@@ -1,6 +1,8 @@
 //! σ: the vertical distance to the surface as a field in [0, 2T] (Paris 2019 §5.1).
 
 use crate::field::THRESHOLD;
+use terrain_model::bounds::times_up;
+use terrain_model::interval::Interval;
 use terrain_model::real::Real;
 
 /// Which σ.
@@ -28,7 +30,8 @@ impl Sigmoid {
         let y = (x / radius).max(-one).min(one);
         t + match self {
             // y(3 − y²)/2, T taken out.
-            Sigmoid::UnitFree => t * y * (R::constant(1.5) - R::constant(0.5) * y.square()),
+            // Enclosures alone are ever outside [−T, T], by their rounding.
+            Sigmoid::UnitFree => (t * y * (R::constant(1.5) - R::constant(0.5) * y.square())).max(-t).min(t),
             Sigmoid::Paper => {
                 // R·|y| + (3T − 2R)·y² + (R − 2T)·|y|³, odd.
                 let m = y.abs();
@@ -36,6 +39,18 @@ impl Sigmoid {
                 y * cubic
             }
         }
+    }
+
+    /// The largest slope of σ over depths `y` in units of R, 1/metre: [`Sigmoid::slope`]·(1 − y²) at the least |y|, 0 where
+    /// |y| ≥ 1.
+    pub fn steepness(self, y: Interval, radius: f64) -> f64 {
+        let least = Interval::point(y.mignitude());
+        let share = match self {
+            _ if least.lo() >= 1.0 => 0.0,
+            Sigmoid::UnitFree => (Interval::point(1.0) - least.square()).hi(),
+            Sigmoid::Paper => 1.0,
+        };
+        times_up(self.slope(radius), share)
     }
 
     /// The largest slope of σ, 1/metre: 3T/(2R) at the surface; for the printed cubic with R ≤ 3T the larger of 1 and
@@ -94,6 +109,8 @@ mod tests {
                     "{sigmoid:?} {radius} at {x}: {rise} > {slope}"
                 );
                 steepest = steepest.max(rise);
+                let here = sigmoid.steepness(Interval::new(x / radius, (x + step) / radius), radius);
+                assert!(rise <= here * (1.0 + 1e-9) + 1e-12 / step, "{sigmoid:?} {radius} at {x}: {rise} > {here}");
             }
             assert!(steepest > 0.99 * slope, "{sigmoid:?} {radius}: bound {slope} is loose, steepest {steepest}");
         });

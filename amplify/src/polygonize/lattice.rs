@@ -67,4 +67,17 @@ impl Lattice {
     pub fn region(&self, low: [usize; 3], high: [usize; 3]) -> Box3 {
         Box3 { low: self.corner(low), high: self.corner(high) }
     }
+    /// The cubes that share a point with `region`: from the first up to, not including, the second; `None` when there are
+    /// none.
+    pub fn cubes_meeting(&self, region: &Box3) -> Option<[[usize; 3]; 2]> {
+        let whole = self.region([0; 3], self.cells);
+        if region.is_empty() || !region.meets(&whole) {
+            return None;
+        }
+        // A cube to spare on either side covers the rounding.
+        let at = |p: DVec3, axis: usize| ((p[axis] - self.origin[axis]) / self.spacing).max(0.0) as usize;
+        let low = std::array::from_fn(|k| at(region.low, k).saturating_sub(1).min(self.cells[k] - 1));
+        let high = std::array::from_fn(|k| at(region.high, k).saturating_add(2).min(self.cells[k]));
+        Some([low, high])
+    }
 }

@@ -3,20 +3,25 @@
 
 pub mod check;
 mod lattice;
+mod pieces;
+mod root;
 mod table;
 
 pub use lattice::Lattice;
+pub use pieces::Pieces;
 
-use crate::field::{Density, THRESHOLD};
+use crate::field::{Box3, Density, THRESHOLD};
 use glam::DVec3;
+use pieces::{BLOCK, Builder, Piece, key};
 use rayon::prelude::*;
+use root::bracket;
 use table::{EDGES, TRIANGLES};
 use terrain_model::mesh::Mesh;
 
-/// Cubes a side of a block.
-const BLOCK: usize = 8;
-/// Enclosures are asked for down to groups of this many cubes a side: over one cube an enclosure costs more than its corners.
-const SMALLEST: usize = 2;
+/// Cubes a side of the boxes that enclosures are first asked for.
+const TOP: usize = 64;
+/// Enclosures are asked for down to groups of this many cubes a side, whose corners are then filled together.
+const GROUP: usize = 4;
 
 /// Why there is no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -37,6 +42,9 @@ pub enum PolygonizeError {
         /// The least, metres.
         least: f64,
     },
+    /// Two blocks that do not fit: the field answers differently in parts of space than as a whole.
+    #[error("blocks do not fit: the field's narrowed values differ from its values")]
+    Seam,
     /// More vertices than indices can name.
     #[error("{vertices} vertices: expected fewer than 4294967296; use a wider lattice")]
     TooMany {
@@ -52,6 +60,8 @@ pub struct Report {
     pub corner_evaluations: u64,
     /// Values of f along edges.
     pub root_evaluations: u64,
+    /// Elevations looked up where f is a bare heightfield surface: at columns of corners and along edges.
+    pub lookups: u64,
     /// Enclosures of f over boxes.
     pub enclosures: u64,
     /// Gradients for normals.
@@ -69,19 +79,12 @@ impl Report {
         Report {
             corner_evaluations: self.corner_evaluations + other.corner_evaluations,
             root_evaluations: self.root_evaluations + other.root_evaluations,
+            lookups: self.lookups + other.lookups,
             enclosures: self.enclosures + other.enclosures,
             gradients: self.gradients + other.gradients,
             cells: self.cells + other.cells,
         }
     }
-}
-
-/// What part of a surface is made of. Vertices and corners of triangles are named by their edge, triangles by their cube.
-#[derive(Default)]
-struct Piece {
-    vertices: Vec<(u64, DVec3, DVec3)>,
-    triangles: Vec<(u64, [u64; 3])>,
-    report: Report,
 }
 
 /// Makes meshes of one field.
@@ -117,81 +120,87 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         let layer = |z: usize| -> Vec<f64> {
             (0..(nx + 1) * (ny + 1)).into_par_iter().map(|k| self.corner([k % (nx + 1), k / (nx + 1), z])).collect()
         };
-        let inside = (nx - 1) * (ny - 1);
-        let mut pieces = Vec::new();
-        let mut low = layer(0);
-        for z in 0..nz {
-            let high = layer(z + 1);
-            let rows = (0..ny).into_par_iter().map(|y| {
-                let mut piece = Piece::default();
-                for x in 0..nx {
-                    let value = |c: usize| {
-                        let corners = if c >> 2 == 0 { &low } else { &high };
-                        corners[(y + (c >> 1 & 1)) * (nx + 1) + x + (c & 1)]
-                    };
-                    self.cell([x, y, z], std::array::from_fn(value), &mut piece);
-                }
-                piece
-            });
-            pieces.par_extend(rows);
-            low = high;
+        let mut total = Pieces { lattice: self.lattice, pieces: Default::default(), report: Report::default() };
+        let mut layers = vec![layer(0)];
+        for low in (0..nz).step_by(BLOCK) {
+            layers.extend((low + 1..=(low + BLOCK).min(nz)).map(layer));
+            let blocks = nx.div_ceil(BLOCK) * ny.div_ceil(BLOCK);
+            let made: Vec<_> = (0..blocks)
+                .into_par_iter()
+                .map(|k| {
+                    let across = nx.div_ceil(BLOCK);
+                    let at = [k % across * BLOCK, k / across * BLOCK, low];
+                    let mut block = Block { builder: Builder::new(at), report: Report::default() };
+                    self.each_group(at, |group| {
+                        let value = |[x, y, z]: [usize; 3]| layers[z - low][y * (nx + 1) + x];
+                        self.group(self.field, group, value, &mut block);
+                    });
+                    block.finish()
+                })
+                .collect();
+            total.take(made);
+            layers.drain(..layers.len() - 1);
         }
-        let mut total = Piece::default();
-        total.report.corner_evaluations = (inside * (nz - 1)) as u64;
-        self.assemble(pieces, total)
+        total.report.corner_evaluations = ((nx - 1) * (ny - 1) * (nz - 1)) as u64;
+        Ok((total.mesh()?, total.report))
     }
 
-    /// Only groups of cubes over which an enclosure of f holds T are evaluated.
+    /// Only groups of cubes over which an enclosure of f holds T are evaluated, and there only what of f is left.
     ///
     /// # Errors
     /// [`PolygonizeError::TooMany`] above 2³² − 1 vertices.
     pub fn sparse(&self) -> Result<(Mesh, Report), PolygonizeError> {
-        let blocks = self.lattice.cells().map(|n| n.div_ceil(BLOCK));
-        let pieces: Vec<Piece> = (0..blocks.iter().product())
+        let pieces = self.pieces();
+        Ok((pieces.mesh()?, pieces.report))
+    }
+
+    /// The surface in pieces, for [`Polygonizer::mend`].
+    pub fn pieces(&self) -> Pieces {
+        let mut total = Pieces { lattice: self.lattice, pieces: Default::default(), report: Report::default() };
+        total.take(self.blocks_in([0; 3], self.lattice.cells()));
+        total
+    }
+
+    /// Makes the blocks again that meet `changed`, after the field has changed within that box and nowhere else. The pieces
+    /// are then those that [`Polygonizer::pieces`] makes of the changed field.
+    ///
+    /// Pieces of another lattice are all made again.
+    pub fn mend(&self, pieces: &mut Pieces, changed: &Box3) {
+        if pieces.lattice != self.lattice {
+            *pieces = self.pieces();
+            return;
+        }
+        let Some([low, high]) = self.lattice.cubes_meeting(changed) else { return };
+        let low = low.map(|k| k / BLOCK * BLOCK);
+        let inside = |k: u64| {
+            let at = [k >> 2, k >> 22, k >> 42].map(|x| x as usize & 0xf_ffff);
+            (0..3).all(|axis| (low[axis]..high[axis]).contains(&at[axis]))
+        };
+        pieces.pieces.retain(|&block, _| !inside(block));
+        pieces.take(self.blocks_in(low, high));
+    }
+
+    /// The blocks that begin from `low` up to, not including, `high`.
+    fn blocks_in(&self, low: [usize; 3], high: [usize; 3]) -> Vec<Made> {
+        let from = low.map(|k| k / TOP);
+        let counts: [usize; 3] = std::array::from_fn(|axis| high[axis].div_ceil(TOP) - from[axis]);
+        (0..counts.iter().product())
             .into_par_iter()
-            .map(|k: usize| {
-                let at = [k % blocks[0], k / blocks[0] % blocks[1], k / (blocks[0] * blocks[1])];
-                self.block(at.map(|b| b * BLOCK))
+            .flat_map_iter(|k: usize| {
+                let at = [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])];
+                let at = std::array::from_fn(|axis| (from[axis] + at[axis]) * TOP);
+                let mut made = Vec::new();
+                let mut report = Report::default();
+                self.descend(self.field, at, TOP, [low, high], &mut made, &mut report);
+                // What was proved empty has no piece.
+                made.push((report, None));
+                made
             })
-            .collect();
-        self.assemble(pieces, Piece::default())
+            .collect()
     }
 
     fn corner(&self, at: [usize; 3]) -> f64 {
         if self.lattice.on_border(at) { 0.0 } else { self.field.value(self.lattice.corner(at)) }
-    }
-
-    fn block(&self, low: [usize; 3]) -> Piece {
-        const SIDE: usize = BLOCK + 1;
-        let mut piece = Piece::default();
-        let mut groups = Vec::new();
-        self.groups(low, BLOCK, None, &mut groups, &mut piece.report);
-        if groups.is_empty() {
-            return piece;
-        }
-        let mut known = [f64::NAN; SIDE * SIDE * SIDE];
-        for group in groups {
-            let high = self.clipped(group, SMALLEST);
-            for z in group[2]..high[2] {
-                for y in group[1]..high[1] {
-                    for x in group[0]..high[0] {
-                        let mut corners = [0.0; 8];
-                        for (c, value) in corners.iter_mut().enumerate() {
-                            let at = [x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)];
-                            let [i, j, k]: [usize; 3] = std::array::from_fn(|axis| at[axis] - low[axis]);
-                            let slot = &mut known[(k * SIDE + j) * SIDE + i];
-                            if slot.is_nan() {
-                                *slot = self.corner(at);
-                                piece.report.corner_evaluations += u64::from(!self.lattice.on_border(at));
-                            }
-                            *value = *slot;
-                        }
-                        self.cell([x, y, z], corners, &mut piece);
-                    }
-                }
-            }
-        }
-        piece
     }
 
     fn clipped(&self, low: [usize; 3], side: usize) -> [usize; 3] {
@@ -199,43 +208,115 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         std::array::from_fn(|axis| (low[axis] + side).min(cells[axis]))
     }
 
-    /// The groups of [`SMALLEST`] cubes a side from `low` on that may hold the surface.
-    fn groups(
-        &self,
-        low: [usize; 3],
-        side: usize,
-        among: Option<&[u32]>,
-        found: &mut Vec<[usize; 3]>,
-        report: &mut Report,
-    ) {
+    /// What of `field` is left over a box of cubes, unless that is all rock or all air.
+    fn undecided(&self, field: &F, low: [usize; 3], side: usize, report: &mut Report) -> Option<F> {
         let cells = self.lattice.cells();
-        if (0..3).any(|axis| low[axis] >= cells[axis]) {
-            return;
-        }
         let high = self.clipped(low, side);
         let at_border = (0..3).any(|axis| low[axis] == 0 || high[axis] == cells[axis]);
-        let (bounds, parts) = self.field.narrow(&self.lattice.region(low, high), among);
-        let range = bounds.range;
+        let (bounds, rest) = field.narrow(&self.lattice.region(low, high));
         report.enclosures += 1;
+        let range = bounds.range;
         // Rock at the border still has a wall there.
-        if range.hi() <= THRESHOLD || (range.lo() > THRESHOLD && !at_border) {
-            return;
-        }
-        if side == SMALLEST {
-            found.push(low);
-            return;
-        }
+        (range.hi() > THRESHOLD && (range.lo() <= THRESHOLD || at_border)).then_some(rest)
+    }
+
+    /// The eighths of a box of cubes that are in the lattice.
+    fn eighths(&self, low: [usize; 3], side: usize) -> impl Iterator<Item = [usize; 3]> {
+        let cells = self.lattice.cells();
         let half = side / 2;
-        for c in 0..8 {
-            let at = std::array::from_fn(|axis| low[axis] + (c >> axis & 1) * half);
-            self.groups(at, half, Some(&parts), found, report);
+        (0..8)
+            .map(move |c| std::array::from_fn(|axis| low[axis] + (c >> axis & 1) * half))
+            .filter(move |at: &[usize; 3]| (0..3).all(|axis| at[axis] < cells[axis]))
+    }
+
+    fn descend(
+        &self,
+        field: &F,
+        low: [usize; 3],
+        side: usize,
+        within: [[usize; 3]; 2],
+        made: &mut Vec<Made>,
+        report: &mut Report,
+    ) {
+        let [from, to] = within;
+        if (0..3).any(|axis| low[axis] + side <= from[axis] || low[axis] >= to[axis]) {
+            return;
+        }
+        let Some(field) = self.undecided(field, low, side, report) else { return };
+        if side > BLOCK {
+            for at in self.eighths(low, side) {
+                self.descend(&field, at, side / 2, within, made, report);
+            }
+            return;
+        }
+        let mut block = Block { builder: Builder::new(low), report: Report::default() };
+        self.groups(&field, low, side, &mut block);
+        made.push(block.finish());
+    }
+
+    /// The groups of cubes within a box that may hold the surface.
+    fn groups(&self, field: &F, low: [usize; 3], side: usize, block: &mut Block) {
+        for at in self.eighths(low, side) {
+            let Some(field) = self.undecided(field, at, side / 2, &mut block.report) else { continue };
+            if side / 2 == GROUP {
+                self.filled(&field, at, block);
+            } else {
+                self.groups(&field, at, side / 2, block);
+            }
+        }
+    }
+
+    /// Calls `f` with the groups of a block, in the order of [`Polygonizer::groups`].
+    fn each_group(&self, low: [usize; 3], mut f: impl FnMut([usize; 3])) {
+        for at in self.eighths(low, BLOCK) {
+            self.eighths(at, BLOCK / 2).for_each(&mut f);
+        }
+    }
+
+    fn filled(&self, field: &F, low: [usize; 3], block: &mut Block) {
+        const SIDE: usize = GROUP + 1;
+        let high = self.clipped(low, GROUP);
+        let mut axes = [[0.0; SIDE]; 3];
+        let counts: [usize; 3] = std::array::from_fn(|axis| high[axis] - low[axis] + 1);
+        for axis in 0..3 {
+            (0..counts[axis]).for_each(|k| axes[axis][k] = self.lattice.coordinate(axis, low[axis] + k, 0.0));
+        }
+        let mut values = [0.0; SIDE * SIDE * SIDE];
+        let values = &mut values[..counts.iter().product()];
+        let [xs, ys, zs]: [&[f64]; 3] = std::array::from_fn(|axis| &axes[axis][..counts[axis]]);
+        field.fill([xs, ys, zs], values);
+        if field.is_heightfield() {
+            block.report.lookups += (counts[0] * counts[1]) as u64;
+        } else {
+            block.report.corner_evaluations += values.len() as u64;
+        }
+        let value = |at: [usize; 3]| {
+            if self.lattice.on_border(at) {
+                return 0.0;
+            }
+            let [i, j, k]: [usize; 3] = std::array::from_fn(|axis| at[axis] - low[axis]);
+            values[(k * counts[1] + j) * counts[0] + i]
+        };
+        self.group(field, low, value, block);
+    }
+
+    /// The cubes of one group, with `value` at their corners.
+    fn group(&self, field: &F, low: [usize; 3], value: impl Fn([usize; 3]) -> f64, block: &mut Block) {
+        let high = self.clipped(low, GROUP);
+        for z in low[2]..high[2] {
+            for y in low[1]..high[1] {
+                for x in low[0]..high[0] {
+                    let corner = |c: usize| value([x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)]);
+                    self.cell(field, [x, y, z], std::array::from_fn(corner), block);
+                }
+            }
         }
     }
 
     /// The triangles of one cube, and the vertices on the three edges at its lowest corner: every crossed edge is that of
     /// the one cube whose lowest corner begins it.
-    fn cell(&self, at: [usize; 3], corners: [f64; 8], piece: &mut Piece) {
-        piece.report.cells += 1;
+    fn cell(&self, field: &F, at: [usize; 3], corners: [f64; 8], block: &mut Block) {
+        block.report.cells += 1;
         let rock = corners.iter().enumerate().fold(0, |all, (c, f)| all | usize::from(*f > THRESHOLD) << c);
         if rock == 0 || rock == 255 {
             return;
@@ -243,74 +324,39 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         for axis in 0..3 {
             let other = 1 << axis;
             if (rock ^ (rock >> other)) & 1 == 1 {
-                let (p, normal) = self.vertex(at, axis, [corners[0], corners[other]], &mut piece.report);
-                piece.vertices.push((self.edge(at, axis), p, normal));
+                let [position, normal] = self.vertex(field, at, axis, [corners[0], corners[other]], &mut block.report);
+                block.builder.vertex(at, axis, position, normal);
             }
         }
         let edge = |e: u8| {
             let (e, low) = (usize::from(e), EDGES[usize::from(e)][0]);
-            self.edge([at[0] + (low & 1), at[1] + (low >> 1 & 1), at[2] + (low >> 2)], e / 4)
+            key([at[0] + (low & 1), at[1] + (low >> 1 & 1), at[2] + (low >> 2)], e / 4)
         };
-        let name = self.edge(at, 0);
-        piece.triangles.extend(TRIANGLES[rock].iter().map(|t| (name, t.map(edge))));
+        TRIANGLES[rock].iter().for_each(|t| block.builder.triangle(t.map(edge)));
     }
 
-    fn edge(&self, at: [usize; 3], axis: usize) -> u64 {
-        let [nx, ny, _] = self.lattice.cells().map(|n| n as u64 + 1);
-        let [x, y, z] = at.map(|k| k as u64);
-        ((z * ny + y) * nx + x) * 3 + axis as u64
-    }
-
-    /// A point of the edge from corner `at` along `axis`, where f has the values `ends`, one on each side of T, and the unit
-    /// normal there. The bracket is kept: f − T changes sign within it, and it is no longer than the tolerance.
-    fn vertex(&self, at: [usize; 3], axis: usize, ends: [f64; 2], report: &mut Report) -> (DVec3, DVec3) {
-        let (mut a, mut b) = (0.0, 1.0);
-        let [mut fa, mut fb] = ends.map(|f| f - THRESHOLD);
-        let rising = fb > 0.0;
+    /// Position and normal of the vertex on a crossed edge.
+    fn vertex(
+        &self,
+        field: &F,
+        at: [usize; 3],
+        axis: usize,
+        ends: [f64; 2],
+        report: &mut Report,
+    ) -> [DVec3; 2] {
         let width = self.tolerance / self.lattice.spacing();
-        let mut halve = 0;
-        while b - a > width {
-            let secant = a + (b - a) * (fa / (fa - fb));
-            // Aim just behind the root, on the side of the farther end, so that the bracket closes from both sides; halve it
-            // where that has not worked.
-            let aim = if secant - a < b - secant { secant + 0.25 * width } else { secant - 0.25 * width };
-            let t = if halve >= 3 { 0.5 * (a + b) } else { aim.clamp(a + 0.125 * width, b - 0.125 * width) };
-            halve = if halve >= 3 { 0 } else { halve + 1 };
-            let f = self.field.value(self.lattice.on_edge(at, axis, t)) - THRESHOLD;
-            report.root_evaluations += 1;
-            if (f > 0.0) == rising {
-                (b, fb) = (t, f);
-            } else {
-                (a, fa) = (t, f);
-            }
+        let root = bracket(ends, width, |share| field.value(self.lattice.on_edge(at, axis, share)));
+        if field.is_heightfield() {
+            report.lookups += root.values;
+        } else {
+            report.root_evaluations += root.values;
         }
-        let share = a + (b - a) * (fa / (fa - fb)).clamp(0.0, 1.0);
-        let p = self.lattice.on_edge(at, axis, share);
-        let out = if rising { -DVec3::AXES[axis] } else { DVec3::AXES[axis] };
+        let p = self.lattice.on_edge(at, axis, root.share);
+        let out = if ends[1] > THRESHOLD { -DVec3::AXES[axis] } else { DVec3::AXES[axis] };
         report.gradients += 1;
-        let normal = -self.field.sample(p).1;
+        let normal = -field.sample(p).1;
         // At a wall on the border f need not fall at all.
-        (p, if normal.dot(out) > 0.0 { normal.normalize_or(out) } else { out })
-    }
-
-    /// One mesh of all pieces: vertices in the order of their edges, triangles in that of their cubes.
-    fn assemble(&self, pieces: Vec<Piece>, mut total: Piece) -> Result<(Mesh, Report), PolygonizeError> {
-        for piece in pieces {
-            total.vertices.extend(piece.vertices);
-            total.triangles.extend(piece.triangles);
-            total.report = total.report.plus(piece.report);
-        }
-        let vertices = total.vertices.len();
-        if u32::try_from(vertices).is_err() {
-            return Err(PolygonizeError::TooMany { vertices });
-        }
-        total.vertices.par_sort_unstable_by_key(|vertex| vertex.0);
-        total.triangles.par_sort_by_key(|triangle| triangle.0);
-        let index = |edge: u64| total.vertices.partition_point(|vertex| vertex.0 < edge) as u32;
-        let triangles = total.triangles.par_iter().map(|(_, edges)| edges.map(index)).collect();
-        let positions = total.vertices.iter().map(|vertex| vertex.1.to_array()).collect();
-        let normals = Some(total.vertices.iter().map(|vertex| vertex.2.to_array()).collect());
-        Ok((Mesh { positions, triangles, normals }, total.report))
+        [p, if normal.dot(out) > 0.0 { normal.normalize_or(out) } else { out }]
     }
 
     /// How many vertices have no change of sign of f − T within the tolerance along an edge of the lattice: 0, unless the
@@ -325,6 +371,30 @@ impl<'a, F: Density> Polygonizer<'a, F> {
             })
         };
         mesh.positions.par_iter().filter(|p| !changes(p)).count() as u64
+    }
+}
+
+/// A block in the making.
+struct Block {
+    builder: Builder,
+    report: Report,
+}
+
+/// What making a block has cost, and the piece that came of it.
+type Made = (Report, Option<(u64, Piece)>);
+
+impl Block {
+    fn finish(self) -> Made {
+        (self.report, self.builder.finish())
+    }
+}
+
+impl Pieces {
+    fn take(&mut self, made: Vec<Made>) {
+        for (report, piece) in made {
+            self.report = self.report.plus(report);
+            self.pieces.extend(piece);
+        }
     }
 }
 

@@ -64,15 +64,14 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
             return Err(ExperimentError::failed("a value is not finite"));
         }
         let per_second = f64::from(queries) / best;
-        let index = &terrain.primitives;
+        let (ground, index) = scenes::parts(&terrain)?;
         let near: usize = points.iter().map(|&p| index.near(p).len()).sum();
         let covers = |&k: &u32, p| index.primitives()[k as usize].value(p) != 0.0;
         let hit: usize = points.iter().map(|&p| index.near(p).iter().filter(|k| covers(k, p)).count()).sum();
         let [near, hit] = [near, hit].map(|n| n as f64 / f64::from(queries));
         for &p in points.iter().take(200) {
-            let base = terrain.base.as_ref().map_or(0.0, |base| base.value(p));
-            let all = index.primitives().iter().fold(base, |sum, one| sum + one.value(p));
-            wrong += u32::from(all != terrain.value(p));
+            let all = index.primitives().iter().fold(0.0, |sum, one| sum + one.value(p));
+            wrong += u32::from(ground.value(p) + all != terrain.value(p));
         }
         let [own, beside] = index.bytes().map(|bytes| bytes as f64 / count as f64);
         outcome.timing(&format!("n{count}.queries_per_second_per_core"), per_second)?;
@@ -110,12 +109,10 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         "uniform within 2 m of the surface, supports overlapping about threefold",
     );
     let terrain = scenes::scattered(1_000, seed)?;
-    let mut fewer = terrain.primitives.primitives().to_vec();
-    fewer.pop();
+    let (ground, index) = scenes::parts(&terrain)?;
+    let fewer = &index.primitives()[..999];
     let lost = scenes::near_surface(20_000, scenes::side(1_000), seed ^ 1).iter().any(|&p| {
-        let all =
-            fewer.iter().fold(terrain.base.as_ref().map_or(0.0, |base| base.value(p)), |sum, one| sum + one.value(p));
-        all != terrain.value(p)
+        ground.value(p) + fewer.iter().fold(0.0, |sum, one| sum + one.value(p)) != terrain.value(p)
     });
     outcome.control("a lost primitive", "the last of 1,000 left out of the sum", "some value differs", lost);
     if wrong > 0 {

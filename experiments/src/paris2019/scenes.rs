@@ -2,12 +2,13 @@
 
 use crate::experiment::ExperimentError;
 use glam::{DVec2, DVec3};
-use terrain_amplify::implicit::heightfield::Heightfield;
+use terrain_amplify::implicit::heightfield::Implicitisation;
 use terrain_amplify::implicit::index::Index;
 use terrain_amplify::implicit::primitive::Primitive;
 use terrain_amplify::implicit::sigmoid::Sigmoid;
 use terrain_amplify::implicit::skeleton::Skeleton;
-use terrain_amplify::implicit::terrain::Terrain;
+use terrain_amplify::implicit::surface::Distance;
+use terrain_amplify::implicit::volume::Volume;
 use terrain_model::grid::Grid;
 use terrain_model::noise::hash;
 
@@ -34,14 +35,20 @@ pub fn side(count: usize) -> f64 {
 }
 
 /// A terrain with `count` point primitives within 2 m of the surface, radii 2.5 to 5 m, one in four accreting.
-pub fn scattered(count: usize, seed: u32) -> Result<Terrain, ExperimentError> {
+pub fn scattered(count: usize, seed: u32) -> Result<Volume, ExperimentError> {
+    carved(count, seed, Distance::Vertical)
+}
+
+/// The same over either distance to the heightfield.
+pub fn carved(count: usize, seed: u32, distance: Distance) -> Result<Volume, ExperimentError> {
     let side = side(count);
     let samples = ((side + 4.0 * RADIUS) / SPACING).ceil() as usize + 1;
     let origin = DVec2::splat(-2.0 * RADIUS);
     let position = |k: usize| origin + SPACING * DVec2::new((k % samples) as f64, (k / samples) as f64);
     let values = (0..samples * samples).map(|k| waves(position(k).to_array()) as f32).collect();
     let grid = Grid::new(origin, DVec2::splat(SPACING), samples, samples, values).map_err(ExperimentError::failed)?;
-    let base = Heightfield::new(&grid, Sigmoid::UnitFree, RADIUS, -24.0).map_err(ExperimentError::failed)?;
+    let settings = Implicitisation { sigmoid: Sigmoid::UnitFree, distance, radius: RADIUS, floor: -24.0 };
+    let ground = settings.volume(&grid).map_err(ExperimentError::failed)?;
     let primitive = |k: u32| {
         let random = |j: u32| uniform(seed, 5 * k + j);
         let [x, y] = [random(0) * side, random(1) * side];
@@ -52,9 +59,19 @@ pub fn scattered(count: usize, seed: u32) -> Result<Terrain, ExperimentError> {
             energy: if random(4) < 0.25 { 0.4 } else { -0.6 },
         }
     };
-    let primitives = Index::new((0..count as u32).map(primitive).collect())
-        .map_err(|k| ExperimentError::failed(format!("primitive {k} is not sound")))?;
-    Ok(Terrain { base: Some(base), primitives })
+    Volume::terrain(ground, (0..count as u32).map(primitive).collect())
+        .map_err(|k| ExperimentError::failed(format!("primitive {k} is not sound")))
+}
+
+/// The two parts of a scattered terrain.
+pub fn parts(terrain: &Volume) -> Result<(&Volume, &Index), ExperimentError> {
+    match terrain {
+        Volume::Blend(parts) => match parts.as_slice() {
+            [ground, Volume::Primitives(index)] => Ok((ground, index)),
+            _ => Err(ExperimentError::failed("a terrain of other parts")),
+        },
+        _ => Err(ExperimentError::failed("a terrain of other parts")),
+    }
 }
 
 /// `count` points within 2 m of the waves, in no order.

@@ -5,7 +5,7 @@ use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Cell, Outcome, Table};
 use glam::DVec3;
 use rayon::prelude::*;
-use terrain_amplify::implicit::ray::{Certified, DensityRay, SETTINGS, Surface, Tracer};
+use terrain_amplify::implicit::ray::{Certified, DensityRay, SETTINGS, Traceable, Tracer};
 use terrain_model::trace::{Answer, Ray, RayFunction, segment, sphere};
 use terrain_papers::verdicts::Verdict;
 
@@ -74,7 +74,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     let rays = ctx.profile.pick(20_000u32, 1_000_000);
     let seed = ctx.seed as u32;
     let terrain = scenes::scattered(PRIMITIVES, seed)?;
-    let surface = Surface::new(&terrain);
+    let surface = Traceable::new(&terrain);
     let side = scenes::side(PRIMITIVES);
     let mut outcome = Outcome::new(Verdict::Reproduced);
     let progress = ctx.progress("rays", u64::from(rays));
