@@ -1,5 +1,6 @@
 //! Heightfields amplified to implicit 3D terrain (Paris 2019).
 
+pub mod brush;
 pub mod field;
 pub mod geology;
 pub mod implicit;

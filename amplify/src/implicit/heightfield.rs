@@ -95,7 +95,7 @@ impl Implicitisation {
             return Err(no_floor);
         }
         let prism = Prism::new(low, high, floor, radius).ok_or(no_floor)?;
-        Ok(Volume::Intersection(vec![Volume::Surface(Arc::new(surface)), Volume::Prism(Arc::new(prism))]))
+        Ok(Volume::Ground(Arc::new(surface), Arc::new(prism)))
     }
 }
 
@@ -156,6 +156,20 @@ pub(crate) mod tests {
         assert!((f.value(wall) - THRESHOLD).abs() < 1e-4);
         let floor = DVec3::new(130.0, 10.0, -30.0 - 0.4542 * 4.0);
         assert!((f.value(floor) - THRESHOLD).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_ground_is_the_intersection_of_its_two_nodes() {
+        let ground = ground(Sigmoid::UnitFree, 4.0);
+        let Volume::Ground(surface, prism) = &ground else { panic!("a ground") };
+        let nodes = Volume::Intersection(vec![Volume::Surface(surface.clone()), Volume::Prism(prism.clone())]);
+        assert_eq!(nodes.support(), ground.support());
+        for k in 0..5000u32 {
+            let t = [k % 17, k / 17 % 17, k / 289].map(|k| f64::from(k) / 17.0);
+            let p = at(&ground, t);
+            assert_eq!(nodes.value(p), ground.value(p));
+            assert_eq!(nodes.bounds(&Box3::around(p, 2.0)), ground.bounds(&Box3::around(p, 2.0)));
+        }
     }
 
     proptest! {

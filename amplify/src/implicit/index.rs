@@ -2,11 +2,11 @@
 //! support meets it. A point query reads one list.
 
 use super::primitive::Primitive;
-use crate::field::{Box3, DensityBounds};
+use super::recent::Recent;
+use crate::field::Box3;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use terrain_model::bounds::plus_up;
-use terrain_model::interval::Interval;
+use std::ops::Range;
 
 /// The largest number of cells along an axis: positions in cells then err by less than 2⁻³⁰ of a cell, which
 /// [`SLACK`] covers a thousand times.
@@ -61,7 +61,27 @@ pub struct Index {
     /// List k is `items[starts[k]..starts[k + 1]]`.
     starts: Vec<u32>,
     items: Vec<u32>,
+    /// What was inserted after the lists were made.
+    recent: Recent,
     support: Box3,
+}
+
+impl Default for Index {
+    /// Of nothing.
+    fn default() -> Index {
+        Index {
+            primitives: Vec::new(),
+            origin: DVec3::ZERO,
+            cell: 1.0,
+            inverse: 1.0,
+            columns: [0; 2],
+            table: Vec::new(),
+            starts: vec![0],
+            items: Vec::new(),
+            recent: Recent::default(),
+            support: Box3::EMPTY,
+        }
+    }
 }
 
 impl Index {
@@ -81,21 +101,10 @@ impl Index {
             squares.of((support.low + support.high) * 0.5)
         });
         let supports: Vec<Box3> = primitives.par_iter().map(Primitive::support).collect();
-        let mut index = Index {
-            primitives,
-            origin: support.low,
-            cell: 1.0,
-            inverse: 1.0,
-            columns: [0; 2],
-            table: Vec::new(),
-            starts: vec![0],
-            items: Vec::new(),
-            support,
-        };
         if supports.is_empty() {
-            index.origin = DVec3::ZERO;
-            return Ok(index);
+            return Ok(Index::default());
         }
+        let mut index = Index { primitives, origin: support.low, support, ..Index::default() };
         index.choose_cells(&supports);
         index.fill(&supports);
         Ok(index)
@@ -162,6 +171,35 @@ impl Index {
         }
     }
 
+    /// Adds `more` behind the others and says where. The others' sums keep their order, so fields change within the new
+    /// supports alone, to the bit. Costs what the new supports cover, not what is there.
+    ///
+    /// # Errors
+    /// The position in `more` of the first primitive that is not sound; nothing is added then.
+    pub fn insert(&mut self, more: &[Primitive]) -> Result<Range<usize>, usize> {
+        if let Some(bad) = more.iter().position(|p| !p.is_sound()) {
+            return Err(bad);
+        }
+        let first = self.primitives.len();
+        self.primitives.extend_from_slice(more);
+        for (k, one) in more.iter().enumerate() {
+            self.recent.insert(&self.primitives, (first + k) as u32);
+            self.support = self.support.hull(&one.support());
+        }
+        Ok(first..self.primitives.len())
+    }
+
+    /// Takes primitives away: their energy becomes 0, the others' sums keep their order, so fields change within the old
+    /// supports alone, to the bit. [`Index::restore`] brings them back; [`Index::new`] over the rest frees their memory.
+    pub fn remove(&mut self, which: Range<usize>) {
+        self.primitives[which].iter_mut().for_each(|one| one.energy = 0.0);
+    }
+
+    /// Gives primitives their energy back, in their order.
+    pub fn restore(&mut self, which: Range<usize>, energies: &[f32]) {
+        self.primitives[which].iter_mut().zip(energies).for_each(|(one, energy)| one.energy = *energy);
+    }
+
     /// `f` of each of `points`, computed square by square of the ground: the lists and primitives of a square stay in the
     /// cache while its points are served. The result is in the order of `points`.
     pub fn square_by_square(&self, points: &[DVec3], f: impl Fn(DVec3) -> f64) -> Vec<f64> {
@@ -195,12 +233,19 @@ impl Index {
     pub fn bytes(&self) -> [usize; 2] {
         let primitives = size_of_val(self.primitives.as_slice());
         let lists = size_of_val(self.starts.as_slice()) + size_of_val(self.items.as_slice());
-        [primitives, lists + size_of_val(self.table.as_slice())]
+        [primitives, lists + size_of_val(self.table.as_slice()) + self.recent.bytes()]
     }
 
     /// The primitives whose support may hold `p`, ascending.
     #[inline(always)]
-    pub fn near(&self, p: DVec3) -> &[u32] {
+    pub fn near(&self, p: DVec3) -> impl Iterator<Item = u32> {
+        let recent: &[u32] = if self.recent.is_empty() { &[] } else { self.recent.near(p) };
+        self.listed(p).iter().chain(recent).copied()
+    }
+
+    /// Of those in the lists.
+    #[inline(always)]
+    fn listed(&self, p: DVec3) -> &[u32] {
         let [x, y, z] = self.cell_of(p);
         // A negative number is a large one after the conversion.
         let (x, y) = (x as u32 as usize, y as u32 as usize);
@@ -220,7 +265,15 @@ impl Index {
     pub fn among(&self, region: &Box3) -> Vec<u32> {
         let region = region.meet(&self.support);
         let mut found = Vec::new();
-        if region.is_empty() || self.table.is_empty() {
+        if region.is_empty() {
+            return found;
+        }
+        if !self.recent.is_empty() {
+            self.recent.among(&region, &mut found);
+        }
+        if self.table.is_empty() {
+            found.sort_unstable();
+            found.dedup();
             return found;
         }
         let (low, high) = (self.cell_of(region.low), self.cell_of(region.high));
@@ -242,39 +295,20 @@ impl Index {
         found
     }
 
-    /// Σ f over the primitives, `base` first, in their order: to the bit what a sum over all of them gives, as those that
-    /// are left out are 0.
+    /// Σ f over the primitives in their order: to the bit what a sum over all of them gives, as those that are left out
+    /// are 0.
     #[inline(always)]
-    pub fn value(&self, base: f64, p: DVec3) -> f64 {
-        self.near(p).iter().fold(base, |sum, &k| sum + self.primitives[k as usize].value(p))
-    }
-
-    /// The sum and its gradient.
-    pub fn sample(&self, base: (f64, DVec3), p: DVec3) -> (f64, DVec3) {
-        self.near(p).iter().fold(base, |(sum, slope), &k| {
-            let (f, gradient) = self.primitives[k as usize].sample(p);
-            (sum + f, slope + gradient)
-        })
-    }
-
-    /// Encloses the sum over `region`, ranges and slopes added, and says which primitives may be non-zero there; `among` is
-    /// what a call over a larger box said.
-    pub fn narrow(&self, base: DensityBounds, region: &Box3, among: Option<&[u32]>) -> (DensityBounds, Vec<u32>) {
-        let mut near = match among {
-            Some(some) => some.to_vec(),
-            None => self.among(region),
-        };
-        let mut sum = base;
-        near.retain(|&k| {
-            let one = self.primitives[k as usize].bounds(region);
-            if one == DensityBounds::ZERO {
-                return false;
+    pub fn value(&self, p: DVec3) -> f64 {
+        let mut sum = 0.0;
+        for &k in self.listed(p) {
+            sum += self.primitives[k as usize].value(p);
+        }
+        if !self.recent.is_empty() {
+            for &k in self.recent.near(p) {
+                sum += self.primitives[k as usize].value(p);
             }
-            let range: Interval = sum.range + one.range;
-            sum = DensityBounds { range, slope: plus_up(sum.slope, one.slope) };
-            true
-        });
-        (sum, near)
+        }
+        sum
     }
 }
 
@@ -295,8 +329,8 @@ mod tests {
             let index = Index::new(primitives.clone()).unwrap();
             for at in points {
                 let p = DVec3::from_array(at);
-                let all = index.primitives().iter().fold(0.25, |sum, one| sum + one.value(p));
-                prop_assert_eq!(index.value(0.25, p), all);
+                let all = index.primitives().iter().fold(0.0, |sum, one| sum + one.value(p));
+                prop_assert_eq!(index.value(p), all);
                 let region = Box3::new(p, p + 3.0);
                 let some = index.among(&region);
                 for (k, one) in index.primitives().iter().enumerate() {
@@ -310,10 +344,49 @@ mod tests {
         }
     }
 
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        #[test]
+        fn what_is_inserted_and_removed_changes_sums_to_the_bit(
+            before in prop::collection::vec(any_primitive(), 0..40),
+            more in prop::collection::vec(any_primitive(), 1..40),
+            points in prop::collection::vec(prop::array::uniform3(-40.0f64..40.0), 30),
+        ) {
+            let mut index = Index::new(before).unwrap();
+            let old = index.clone();
+            let which = index.insert(&more).unwrap();
+            let sum = |index: &Index, p: DVec3| index.primitives().iter().fold(0.0, |sum, one| sum + one.value(p));
+            let check = |index: &Index| {
+                for at in &points {
+                    let p = DVec3::from_array(*at);
+                    assert_eq!(index.value(p), sum(index, p));
+                    let some = index.among(&Box3::around(p, 2.0));
+                    for (k, one) in index.primitives().iter().enumerate() {
+                        assert!(some.binary_search(&(k as u32)).is_ok() || one.value(p + 1.5) == 0.0);
+                    }
+                    assert!(index.support().contains(p) || index.value(p) == 0.0);
+                }
+            };
+            check(&index);
+            let energies: Vec<f32> = more.iter().map(|one| one.energy).collect();
+            let made = index.clone();
+            index.remove(which.clone());
+            check(&index);
+            for at in &points {
+                prop_assert_eq!(index.value(DVec3::from_array(*at)), old.value(DVec3::from_array(*at)));
+            }
+            index.restore(which, &energies);
+            for at in &points {
+                prop_assert_eq!(index.value(DVec3::from_array(*at)), made.value(DVec3::from_array(*at)));
+            }
+        }
+    }
+
     #[test]
     fn no_primitives_are_the_field_0_and_a_bad_one_is_named() {
         let none = Index::new(Vec::new()).unwrap();
-        assert_eq!(none.value(0.0, DVec3::ZERO), 0.0);
+        assert_eq!(none.value(DVec3::ZERO), 0.0);
         assert!(none.among(&Box3::new(DVec3::ZERO, DVec3::ONE)).is_empty());
         let point = |radius: f32| Primitive {
             skeleton: super::super::skeleton::Skeleton::Point([0.0; 3]),
@@ -332,10 +405,10 @@ mod tests {
         };
         let mut index = Index::new(vec![point(0.0), point(1.0)]).unwrap();
         let p = DVec3::X * 0.5;
-        let before = index.value(0.0, p);
+        let before = index.value(p);
         index.items.iter_mut().for_each(|k| *k = 0);
-        assert_eq!(before, index.value(0.0, p), "the two are alike at the middle");
+        assert_eq!(before, index.value(p), "the two are alike at the middle");
         let p = DVec3::X * 0.9;
-        assert_ne!(index.value(0.0, p), point(0.0).value(p) + point(1.0).value(p));
+        assert_ne!(index.value(p), point(0.0).value(p) + point(1.0).value(p));
     }
 }

@@ -5,6 +5,7 @@ pub mod index;
 pub mod primitive;
 pub mod prism;
 pub mod ray;
+mod recent;
 pub mod sigmoid;
 pub mod skeleton;
 pub mod surface;

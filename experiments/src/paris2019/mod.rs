@@ -3,7 +3,7 @@
 mod geology;
 mod meshing;
 mod queries;
-mod scenes;
+pub mod scenes;
 mod tracing;
 
 use crate::experiment::Experiment;

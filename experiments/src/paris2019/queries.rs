@@ -65,9 +65,9 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         }
         let per_second = f64::from(queries) / best;
         let (ground, index) = scenes::parts(&terrain)?;
-        let near: usize = points.iter().map(|&p| index.near(p).len()).sum();
+        let near: usize = points.iter().map(|&p| index.near(p).count()).sum();
         let covers = |&k: &u32, p| index.primitives()[k as usize].value(p) != 0.0;
-        let hit: usize = points.iter().map(|&p| index.near(p).iter().filter(|k| covers(k, p)).count()).sum();
+        let hit: usize = points.iter().map(|&p| index.near(p).filter(|k| covers(k, p)).count()).sum();
         let [near, hit] = [near, hit].map(|n| n as f64 / f64::from(queries));
         for &p in points.iter().take(200) {
             let all = index.primitives().iter().fold(0.0, |sum, one| sum + one.value(p));

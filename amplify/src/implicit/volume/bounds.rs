@@ -5,6 +5,7 @@ use super::Volume;
 use crate::field::{Box3, DensityBounds, THRESHOLD};
 use terrain_model::bounds::plus_up;
 use terrain_model::interval::Interval;
+use terrain_model::real::Real;
 
 impl Volume {
     /// Encloses f and its slope over `over`; with `keep` also what is left of the tree there, else air.
@@ -13,6 +14,14 @@ impl Volume {
         match self {
             Volume::Surface(surface) => itself(surface.bounds(over)),
             Volume::Prism(prism) => itself(prism.bounds(over)),
+            Volume::Ground(surface, prism) => {
+                let (ground, walls) = (surface.bounds(over), prism.bounds(over));
+                if ground.range.hi() <= walls.range.lo() {
+                    return (ground, if keep { Volume::Surface(surface.clone()) } else { Volume::AIR });
+                }
+                let slope = if walls.range.hi() <= ground.range.lo() { walls.slope } else { ground.slope.max(walls.slope) };
+                itself(DensityBounds { range: Real::min(ground.range, walls.range), slope })
+            }
             Volume::Primitives(index) => {
                 let all = index.primitives();
                 few(index.among(over).into_iter().map(|k| &all[k as usize]), over, keep)
@@ -42,9 +51,7 @@ impl Volume {
                     return (from, rest);
                 }
                 let slope = if range.hi() <= from.range.lo() { by.slope } else { from.slope.max(by.slope) };
-                let low = from.range.lo().min(range.lo());
-                let range = Interval::new(low, from.range.hi().min(range.hi()));
-                (DensityBounds { range, slope }, if keep { rest.carve(tool) } else { Volume::AIR })
+                (DensityBounds { range: Real::min(from.range, range), slope }, if keep { rest.carve(tool) } else { Volume::AIR })
             }
             Volume::Warp(warp) => warp.enclose(over, keep),
             Volume::Erosion(erosion) => erosion.enclose(over, keep),

@@ -70,6 +70,10 @@ impl Volume {
                     }
                 }
             }
+            Volume::Ground(surface, prism) => {
+                Volume::Surface(surface.clone()).fill_block(axes, out);
+                each(axes, out, |p, f| *f = f.min(prism.density(p.to_array())));
+            }
             Volume::Few(primitives) => {
                 out.fill(0.0);
                 primitives.iter().for_each(|one| add(one, axes, out));

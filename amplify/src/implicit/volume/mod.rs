@@ -28,6 +28,8 @@ pub enum Volume {
     Surface(Arc<Surface>),
     /// The prism f_P.
     Prism(Arc<Prism>),
+    /// The intersection of the two, min(f_T, f_P), as one leaf: the ground of most queries.
+    Ground(Arc<Surface>, Arc<Prism>),
     /// The sum of compact primitives, found through an index.
     Primitives(Arc<Index>),
     /// The sum of a few compact primitives, each of which is computed.
@@ -66,22 +68,34 @@ impl Volume {
     }
 
     /// f on any number: the one formula of every node.
+    #[inline(always)]
     pub fn density<R: VolumeNumber>(&self, p: [R; 3]) -> R {
+        // Leaves in the caller: most of a query is spent in them.
         match self {
             Volume::Surface(surface) => surface.density(p),
             Volume::Prism(prism) => prism.density(p),
-            Volume::Primitives(index) => {
-                let all = index.primitives();
-                R::listed(index, p).iter().fold(R::zero(), |sum, &k| sum + all[k as usize].density(p))
+            Volume::Ground(surface, prism) => surface.density(p).min(prism.density(p)),
+            Volume::Primitives(index) => R::sum(index, p),
+            Volume::Few(primitives) => {
+                let mut sum = R::zero();
+                for one in primitives.iter() {
+                    sum = sum + one.density(p);
+                }
+                sum
             }
-            Volume::Few(primitives) => primitives.iter().fold(R::zero(), |sum, one| sum + one.density(p)),
-            Volume::Blend(parts) => parts.iter().fold(R::zero(), |sum, part| sum + part.density(p)),
-            Volume::Union(parts) => parts.iter().map(|part| part.density(p)).reduce(R::max).unwrap_or(R::zero()),
-            Volume::Intersection(parts) => parts.iter().map(|part| part.density(p)).reduce(R::min).unwrap_or(R::zero()),
-            Volume::Carve(parts) => {
-                let [from, by] = parts.as_ref();
-                from.density(p).min(R::constant(2.0 * THRESHOLD) - by.density(p))
-            }
+            node => node.combined(p),
+        }
+    }
+
+    /// f of a node with others below it.
+    fn combined<R: VolumeNumber>(&self, p: [R; 3]) -> R {
+        match self {
+            Volume::Surface(_) | Volume::Prism(_) | Volume::Ground(..) => R::zero(),
+            Volume::Primitives(_) | Volume::Few(_) => R::zero(),
+            Volume::Blend(parts) => fold(parts, p, |f, g| f + g),
+            Volume::Union(parts) => fold(parts, p, R::max),
+            Volume::Intersection(parts) => fold(parts, p, R::min),
+            Volume::Carve(parts) => fold(parts.as_ref(), p, |f, g| f.min(R::constant(2.0 * THRESHOLD) - g)),
             Volume::Warp(warp) => warp.density(p),
             Volume::Erosion(erosion) => erosion.density(p),
             Volume::Instance(instance) => instance.density(p),
@@ -99,14 +113,33 @@ impl Volume {
             Volume::Carve(parts) => largest(parts.as_ref()),
             Volume::Warp(warp) => warp.child.largest_index(),
             Volume::Erosion(erosion) => erosion.child.largest_index(),
-            Volume::Surface(_) | Volume::Prism(_) | Volume::Few(_) | Volume::Instance(_) => None,
+            Volume::Surface(_) | Volume::Prism(_) | Volume::Ground(..) => None,
+            Volume::Few(_) | Volume::Instance(_) => None,
         }
     }
 }
 
+/// The parts' fields combined from the left; 0 without parts.
+#[inline(always)]
+fn fold<R: VolumeNumber>(parts: &[Volume], p: [R; 3], operator: impl Fn(R, R) -> R) -> R {
+    let [first, others @ ..] = parts else { return R::zero() };
+    let mut f = first.density(p);
+    for part in others {
+        f = operator(f, part.density(p));
+    }
+    f
+}
+
 impl Density for Volume {
     fn value(&self, p: DVec3) -> f64 {
-        self.density(p.to_array())
+        let p = p.to_array();
+        // A ground with primitives, without the walk: a sixth faster.
+        if let Volume::Blend(parts) = self
+            && let [Volume::Ground(surface, prism), Volume::Primitives(index)] = parts.as_slice()
+        {
+            return surface.density(p).min(prism.density(p)) + index.value(DVec3::from_array(p));
+        }
+        self.density(p)
     }
     /// Points are served square by square of the ground: at random over 10⁵ primitives nearly every look-up would miss
     /// the caches.
@@ -127,6 +160,7 @@ impl Density for Volume {
         match self {
             Volume::Surface(surface) => surface.support(),
             Volume::Prism(prism) => prism.support(),
+            Volume::Ground(surface, prism) => surface.support().meet(&prism.support()),
             Volume::Primitives(index) => index.support(),
             Volume::Few(primitives) => primitives.iter().fold(Box3::EMPTY, |all, one| all.hull(&one.support())),
             Volume::Blend(parts) | Volume::Union(parts) => all(parts),

@@ -3,7 +3,6 @@
 use super::super::index::Index;
 use crate::field::Box3;
 use glam::DVec3;
-use std::borrow::Cow;
 use terrain_model::dual::{Differentiable, Dual};
 use terrain_model::interval::Interval;
 use terrain_model::noise::{NoiseJet, NoiseValue};
@@ -13,12 +12,17 @@ use terrain_model::primitive::image::ImageNumber;
 pub trait VolumeNumber: ImageNumber + NoiseValue {
     /// The reals it may be.
     fn hull(self) -> Interval;
-    /// The primitives that may be other than 0 at `p`, in the order of their sum.
-    #[inline(always)]
-    fn listed(index: &Index, p: [Self; 3]) -> Cow<'_, [u32]> {
-        let p = p.map(Self::hull);
-        let [low, high] = [p.map(Interval::lo), p.map(Interval::hi)].map(DVec3::from_array);
-        if low == high { Cow::Borrowed(index.near(low)) } else { Cow::Owned(index.among(&Box3 { low, high })) }
+    /// The sum of the primitives of an index.
+    fn sum(index: &Index, p: [Self; 3]) -> Self {
+        let hull = p.map(Self::hull);
+        let [low, high] = [hull.map(Interval::lo), hull.map(Interval::hi)].map(DVec3::from_array);
+        let all = index.primitives();
+        let add = |sum: Self, k: u32| sum + all[k as usize].density(p);
+        if low == high {
+            index.near(low).fold(Self::zero(), add)
+        } else {
+            index.among(&Box3 { low, high }).into_iter().fold(Self::zero(), add)
+        }
     }
 }
 
@@ -28,8 +32,8 @@ impl VolumeNumber for f64 {
         Interval::point(self)
     }
     #[inline(always)]
-    fn listed(index: &Index, p: [f64; 3]) -> Cow<'_, [u32]> {
-        Cow::Borrowed(index.near(DVec3::from_array(p)))
+    fn sum(index: &Index, p: [f64; 3]) -> f64 {
+        index.value(DVec3::from_array(p))
     }
 }
 

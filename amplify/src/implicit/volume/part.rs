@@ -82,6 +82,7 @@ impl Warp {
     fn steepness(&self, share: &DensityBounds) -> f64 {
         plus_up(times_up(self.reach(), share.slope), times_up(share.range.hi(), self.delta.slope))
     }
+    #[inline(never)]
     pub(super) fn density<R: VolumeNumber>(&self, p: [R; 3]) -> R {
         let share = share(&self.region, p);
         if share.hull().hi() <= 0.0 {
@@ -138,6 +139,7 @@ pub struct Erosion {
 }
 
 impl Erosion {
+    #[inline(never)]
     pub(super) fn density<R: VolumeNumber>(&self, p: [R; 3]) -> R {
         let f = self.child.density(p);
         let share = share(&self.region, p);
@@ -210,6 +212,7 @@ pub struct Instance {
 }
 
 impl Instance {
+    #[inline(never)]
     pub(super) fn density<R: VolumeNumber>(&self, p: [R; 3]) -> R {
         self.child.density(self.placement.own(p))
     }
