@@ -63,6 +63,16 @@ pub enum StrokeError {
         /// What it could be.
         expected: &'static str,
     },
+    /// Text that is not a list of strokes.
+    #[error("line {line}, column {column}: {problem}")]
+    Text {
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// What is wrong.
+        problem: String,
+    },
     /// More primitives than an index can number.
     #[error("a stroke of {count} primitives: expected at most 10000000; lengthen its step")]
     Long {
@@ -123,6 +133,18 @@ impl Stroke {
         }
         Ok(made)
     }
+}
+
+/// The strokes of a RON text: a list in the order in which they are drawn.
+///
+/// # Errors
+/// [`StrokeError::Text`] with the place.
+pub fn parse(text: &str) -> Result<Vec<Stroke>, StrokeError> {
+    ron::from_str(text).map_err(|error| StrokeError::Text {
+        line: error.span.start.line,
+        column: error.span.start.col,
+        problem: error.code.to_string(),
+    })
 }
 
 /// Where strokes may act: primitives whose centre lies elsewhere are left out.
@@ -257,6 +279,14 @@ mod tests {
         ] {
             assert!(bad.primitives().is_err(), "{bad:?}");
         }
+    }
+
+    #[test]
+    fn strokes_are_read_from_text_and_errors_have_their_place() {
+        let text = "[(tool:Intrude,path:[(0,0,0),(1,0,0)],radius:2,step:1,strength:0.5)]";
+        assert_eq!(parse(text).unwrap()[0].primitives().unwrap().len(), 2);
+        let error = parse("[\n(tool:Smooth,path:[(0,0,0)])]").unwrap_err().to_string();
+        assert!(error.starts_with("line 2, ") && error.contains("Smooth"), "{error}");
     }
 
     #[test]

@@ -117,7 +117,7 @@ impl Surface {
             let steep = Real::sqrt(one + dx.square() + dy.square()).hi();
             return DensityBounds { range, slope: times_up(self.sigmoid.steepness(below / radius, self.radius), steep) };
         };
-        let [s, du, dv] = steepness.enclose(u, v);
+        let [s, du, dv] = steepness.enclose_cells(u, v);
         let [sx, sy] = [du / spacing[0], dv / spacing[1]];
         let shrink = one / Real::sqrt(one + s.square());
         let depth = below * shrink;

@@ -60,7 +60,7 @@ pub struct Report {
     pub corner_evaluations: u64,
     /// Values of f along edges.
     pub root_evaluations: u64,
-    /// Elevations looked up where f is a bare heightfield surface: at columns of corners and along edges.
+    /// Values where f is bare ground, an elevation looked up or the distance to a wall: a column of corners is one.
     pub lookups: u64,
     /// Enclosures of f over boxes.
     pub enclosures: u64,
@@ -285,19 +285,38 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         let values = &mut values[..counts.iter().product()];
         let [xs, ys, zs]: [&[f64]; 3] = std::array::from_fn(|axis| &axes[axis][..counts[axis]]);
         field.fill([xs, ys, zs], values);
-        if field.is_heightfield() {
+        if field.is_bare() {
             block.report.lookups += (counts[0] * counts[1]) as u64;
         } else {
             block.report.corner_evaluations += values.len() as u64;
         }
-        let value = |at: [usize; 3]| {
-            if self.lattice.on_border(at) {
-                return 0.0;
+        self.border(low, counts, values);
+        let [nx, ny, _] = counts;
+        let near = [0, 1, nx, nx + 1].map(|c| [c, c + nx * ny]);
+        for z in 0..counts[2] - 1 {
+            for y in 0..ny - 1 {
+                for x in 0..nx - 1 {
+                    let first = (z * ny + y) * nx + x;
+                    let corner = |c: usize| values[first + near[c & 3][c >> 2]];
+                    self.cell(field, [low[0] + x, low[1] + y, low[2] + z], std::array::from_fn(corner), block);
+                }
             }
-            let [i, j, k]: [usize; 3] = std::array::from_fn(|axis| at[axis] - low[axis]);
-            values[(k * counts[1] + j) * counts[0] + i]
-        };
-        self.group(field, low, value, block);
+        }
+    }
+
+    /// Air at the corners of a filled group that are on the lattice's border.
+    fn border(&self, low: [usize; 3], counts: [usize; 3], values: &mut [f64]) {
+        let cells = self.lattice.cells();
+        let at_border = |axis: usize| low[axis] == 0 || low[axis] + counts[axis] > cells[axis];
+        if !(0..3).any(at_border) {
+            return;
+        }
+        for (k, value) in values.iter_mut().enumerate() {
+            let at = [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])];
+            if self.lattice.on_border(std::array::from_fn(|axis| low[axis] + at[axis])) {
+                *value = 0.0;
+            }
+        }
     }
 
     /// The cubes of one group, with `value` at their corners.
@@ -317,7 +336,10 @@ impl<'a, F: Density> Polygonizer<'a, F> {
     /// the one cube whose lowest corner begins it.
     fn cell(&self, field: &F, at: [usize; 3], corners: [f64; 8], block: &mut Block) {
         block.report.cells += 1;
-        let rock = corners.iter().enumerate().fold(0, |all, (c, f)| all | usize::from(*f > THRESHOLD) << c);
+        let mut rock = 0;
+        for (c, f) in corners.iter().enumerate() {
+            rock |= usize::from(*f > THRESHOLD) << c;
+        }
         if rock == 0 || rock == 255 {
             return;
         }
@@ -346,7 +368,7 @@ impl<'a, F: Density> Polygonizer<'a, F> {
     ) -> [DVec3; 2] {
         let width = self.tolerance / self.lattice.spacing();
         let root = bracket(ends, width, |share| field.value(self.lattice.on_edge(at, axis, share)));
-        if field.is_heightfield() {
+        if field.is_bare() {
             report.lookups += root.values;
         } else {
             report.root_evaluations += root.values;

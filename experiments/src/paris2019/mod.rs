@@ -1,5 +1,6 @@
 //! Paris et al. 2019: one module per table, figure or claim.
 
+pub mod benagil;
 mod geology;
 mod meshing;
 mod queries;

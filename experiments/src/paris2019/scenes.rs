@@ -36,18 +36,18 @@ pub fn side(count: usize) -> f64 {
 
 /// A terrain with `count` point primitives within 2 m of the surface, radii 2.5 to 5 m, one in four accreting.
 pub fn scattered(count: usize, seed: u32) -> Result<Volume, ExperimentError> {
-    carved(count, seed, Distance::Vertical)
+    deep(count, seed, -24.0)
 }
 
-/// The same over either distance to the heightfield.
-pub fn carved(count: usize, seed: u32, distance: Distance) -> Result<Volume, ExperimentError> {
+/// The same over a floor elevation.
+pub fn deep(count: usize, seed: u32, floor: f64) -> Result<Volume, ExperimentError> {
     let side = side(count);
     let samples = ((side + 4.0 * RADIUS) / SPACING).ceil() as usize + 1;
     let origin = DVec2::splat(-2.0 * RADIUS);
     let position = |k: usize| origin + SPACING * DVec2::new((k % samples) as f64, (k / samples) as f64);
     let values = (0..samples * samples).map(|k| waves(position(k).to_array()) as f32).collect();
     let grid = Grid::new(origin, DVec2::splat(SPACING), samples, samples, values).map_err(ExperimentError::failed)?;
-    let settings = Implicitisation { sigmoid: Sigmoid::UnitFree, distance, radius: RADIUS, floor: -24.0 };
+    let settings = Implicitisation { sigmoid: Sigmoid::UnitFree, distance: Distance::Vertical, radius: RADIUS, floor };
     let ground = settings.volume(&grid).map_err(ExperimentError::failed)?;
     let primitive = |k: u32| {
         let random = |j: u32| uniform(seed, 5 * k + j);

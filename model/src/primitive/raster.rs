@@ -260,6 +260,18 @@ impl Image {
             }
             return hull.unwrap_or([Interval::ENTIRE; 3]);
         }
+        self.hull(first, last)
+    }
+    /// As [`Image::enclose`], by whole cells: looser in small rectangles, and several times as fast.
+    pub fn enclose_cells(&self, u: Interval, v: Interval) -> [Interval; 3] {
+        let cells = [self.width - 1, self.height - 1];
+        let first = [Image::locate(cells[0], 0, u.lo()).0, Image::locate(cells[1], 0, v.lo()).0];
+        let last = [Image::locate(cells[0], 0, u.hi()).0, Image::locate(cells[1], 0, v.hi()).0];
+        self.hull(first, last)
+    }
+    /// Of the cells from `first` to `last`.
+    fn hull(&self, first: [usize; 2], last: [usize; 2]) -> [Interval; 3] {
+        let span = (last[0] - first[0]).max(last[1] - first[1]) + 1;
         // The level on which the rectangle meets at most 4 × 4 blocks.
         let mut k = 0;
         while (span - 1) >> k >= 3 && k + 1 < self.levels.len() {

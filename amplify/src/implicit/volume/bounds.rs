@@ -19,8 +19,11 @@ impl Volume {
                 if ground.range.hi() <= walls.range.lo() {
                     return (ground, if keep { Volume::Surface(surface.clone()) } else { Volume::AIR });
                 }
-                let slope = if walls.range.hi() <= ground.range.lo() { walls.slope } else { ground.slope.max(walls.slope) };
-                itself(DensityBounds { range: Real::min(ground.range, walls.range), slope })
+                if walls.range.hi() <= ground.range.lo() {
+                    return (walls, if keep { Volume::Prism(prism.clone()) } else { Volume::AIR });
+                }
+                let range = Real::min(ground.range, walls.range);
+                itself(DensityBounds { range, slope: ground.slope.max(walls.slope) })
             }
             Volume::Primitives(index) => {
                 let all = index.primitives();

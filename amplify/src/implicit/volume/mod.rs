@@ -176,8 +176,8 @@ impl Density for Volume {
     fn narrow(&self, region: &Box3) -> (DensityBounds, Volume) {
         self.enclose(region, true)
     }
-    fn is_heightfield(&self) -> bool {
-        matches!(self, Volume::Surface(_))
+    fn is_bare(&self) -> bool {
+        matches!(self, Volume::Surface(_) | Volume::Prism(_))
     }
     fn fill(&self, axes: [&[f64]; 3], out: &mut [f64]) {
         self.fill_block(axes, out);
