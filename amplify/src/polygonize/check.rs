@@ -70,7 +70,7 @@ mod tests {
     fn tetrahedron() -> Mesh {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
-        Mesh { positions, triangles, normals: None }
+        Mesh { positions, triangles, normals: None, attributes: Vec::new() }
     }
 
     #[test]

@@ -151,6 +151,6 @@ impl Pieces {
             positions.push(position.to_array());
             normals.push(normal.to_array());
         }
-        Ok(Mesh { positions, triangles, normals: Some(normals) })
+        Ok(Mesh { positions, triangles, normals: Some(normals), attributes: Vec::new() })
     }
 }

@@ -295,6 +295,7 @@ mod tests {
             positions: vec![plane(0.0, 0.0, rise), plane(4.0, 0.0, rise), plane(4.0, 4.0, rise), plane(0.0, 4.0, rise)],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             normals: None,
+            attributes: Vec::new(),
         };
         let extent = [DVec2::ZERO, DVec2::splat(4.0)];
         let seen: Vec<Seen> = (0..40)

@@ -24,7 +24,8 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// Writes a mesh: vertices with normals if it has them, and triangles.
+/// Writes a mesh: vertices with normals and attributes if it has them, and triangles. An attribute `resistance` is called
+/// `_RESISTANCE`, as the format asks of what it does not define.
 ///
 /// # Errors
 /// [`WriteError`]: a mesh that is not sound (see [`Mesh::check`]) or has no triangle, one of 4 GiB or more, or the file
@@ -63,9 +64,9 @@ fn to_writer(file: &mut impl Write, mesh: &Mesh) -> Result<(), Failure> {
     }
 
     let (vertices, indices) = (mesh.positions.len(), 3 * mesh.triangles.len());
-    let lengths = [12 * vertices, if mesh.normals.is_some() { 12 * vertices } else { 0 }, 4 * indices];
-    let binary: usize = lengths.iter().sum();
-    let json = serde_json::to_vec(&describe(mesh, origin, [low, high], lengths)).map_err(Failure::other)?;
+    let normals = if mesh.normals.is_some() { 12 * vertices } else { 0 };
+    let binary = 12 * vertices + normals + 4 * vertices * mesh.attributes.len() + 4 * indices;
+    let json = serde_json::to_vec(&describe(mesh, origin, [low, high])).map_err(Failure::other)?;
     // Every view is a multiple of four bytes already; the text is filled up with spaces.
     let padding = json.len().next_multiple_of(4) - json.len();
     let total = 12 + 8 + json.len() + padding + 8 + binary;
@@ -85,36 +86,45 @@ fn to_writer(file: &mut impl Write, mesh: &Mesh) -> Result<(), Failure> {
     for &normal in mesh.normals.iter().flatten() {
         words(&y_up(normal).map(|n| (n as f32 + 0.0).to_bits()))?;
     }
+    for attribute in &mesh.attributes {
+        attribute.values.iter().try_for_each(|value| words(&[(value + 0.0).to_bits()]))?;
+    }
     for triangle in &mesh.triangles {
         words(triangle)?;
     }
     Ok(())
 }
 
-/// The text of the file: one scene, one node, one mesh; views and accessors of positions, normals if any, and indices.
-fn describe(mesh: &Mesh, origin: [f64; 3], [low, high]: [[f32; 3]; 2], lengths: [usize; 3]) -> Value {
+/// The text of the file: one scene, one node, one mesh; views and accessors of positions, normals and attributes if any, and
+/// indices.
+fn describe(mesh: &Mesh, origin: [f64; 3], [low, high]: [[f32; 3]; 2]) -> Value {
     let vertices = mesh.positions.len();
     let mut offset = 0;
     let mut views = Vec::new();
-    for (length, target) in lengths.into_iter().zip([ARRAY_BUFFER, ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER]) {
-        if length > 0 {
-            views.push(json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "target": target }));
-        }
+    let mut view = |length: usize, target: u32| {
+        views.push(json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "target": target }));
         offset += length;
-    }
-    let vector = |view: usize| json!({ "bufferView": view, "componentType": FLOAT, "count": vertices, "type": "VEC3" });
-    let mut positions = vector(0);
+        views.len() - 1
+    };
+    let of = |view: usize, component: u32, count: usize, kind: &str| {
+        json!({ "bufferView": view, "componentType": component, "count": count, "type": kind })
+    };
+    let mut positions = of(view(12 * vertices, ARRAY_BUFFER), FLOAT, vertices, "VEC3");
     positions["min"] = json!(low);
     positions["max"] = json!(high);
     let mut accessors = vec![positions];
     let mut attributes = json!({ "POSITION": 0 });
     if mesh.normals.is_some() {
         attributes["NORMAL"] = json!(accessors.len());
-        accessors.push(vector(1));
+        accessors.push(of(view(12 * vertices, ARRAY_BUFFER), FLOAT, vertices, "VEC3"));
+    }
+    for attribute in &mesh.attributes {
+        attributes[format!("_{}", attribute.name.to_ascii_uppercase())] = json!(accessors.len());
+        accessors.push(of(view(4 * vertices, ARRAY_BUFFER), FLOAT, vertices, "SCALAR"));
     }
     let last = accessors.len();
     let count = 3 * mesh.triangles.len();
-    accessors.push(json!({ "bufferView": last, "componentType": UNSIGNED_INT, "count": count, "type": "SCALAR" }));
+    accessors.push(of(view(4 * count, ELEMENT_ARRAY_BUFFER), UNSIGNED_INT, count, "SCALAR"));
     json!({
         "asset": { "version": "2.0", "generator": "terrain-lab" },
         "scene": 0,
@@ -142,6 +152,7 @@ mod tests {
             ],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             normals: None,
+            attributes: Vec::new(),
         }
     }
 
@@ -176,6 +187,26 @@ mod tests {
         let mut bytes = Vec::new();
         to_writer(&mut bytes, mesh).unwrap();
         read(&bytes)
+    }
+
+    #[test]
+    fn attributes_have_a_view_of_scalars_each() {
+        let values: Vec<f32> = (0..mesh().positions.len()).map(|k| k as f32 * 0.25).collect();
+        let attribute = crate::mesh::Attribute { name: "resistance".to_owned(), values: values.clone() };
+        let made = Mesh { attributes: vec![attribute], ..mesh() };
+        let mut bytes = Vec::new();
+        to_writer(&mut bytes, &made).unwrap();
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let json: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+        let accessor = json["meshes"][0]["primitives"][0]["attributes"]["_RESISTANCE"].as_u64().unwrap() as usize;
+        let accessor = &json["accessors"][accessor];
+        assert_eq!(accessor["type"], "SCALAR");
+        let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let first = 20 + length + 8 + view["byteOffset"].as_u64().unwrap() as usize;
+        let read: Vec<f32> =
+            bytes[first..].chunks(4).take(values.len()).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+        assert_eq!(read, values);
+        assert_eq!(json["buffers"][0]["byteLength"].as_u64().unwrap() as usize, bytes.len() - length - 28);
     }
 
     #[test]

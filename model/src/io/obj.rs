@@ -44,6 +44,7 @@ mod tests {
             positions: vec![[0.0, 0.0, 0.1], [1.0, 0.0, 0.1], [0.0, 1.0, 0.1]],
             triangles: vec![[0, 1, 2]],
             normals: None,
+            attributes: Vec::new(),
         };
         let mut text = Vec::new();
         to_writer(&mut text, &mesh).unwrap();

@@ -21,7 +21,7 @@ pub enum Encoding {
     Binary,
 }
 
-/// Writes a mesh: vertices with normals if it has them, and triangles.
+/// Writes a mesh: vertices with normals and attributes if it has them, and triangles.
 ///
 /// # Errors
 /// [`WriteError`]: a mesh that is not sound (see [`Mesh::check`]), or the file system.
@@ -42,11 +42,15 @@ fn to_writer(file: &mut impl Write, mesh: &Mesh, encoding: Encoding) -> Result<(
     if mesh.normals.is_some() {
         writeln!(file, "property float nx\nproperty float ny\nproperty float nz")?;
     }
+    for attribute in &mesh.attributes {
+        writeln!(file, "property float {}", attribute.name)?;
+    }
     writeln!(file, "element face {}\nproperty list uchar uint vertex_indices\nend_header", mesh.triangles.len())?;
     for (k, position) in mesh.positions.iter().enumerate() {
         let local = [0, 1, 2].map(|axis| (position[axis] - origin[axis]) as f32);
         let normal = mesh.normals.as_ref().and_then(|normals| normals.get(k));
-        let numbers = local.iter().copied().chain(normal.into_iter().flatten().map(|&n| n as f32));
+        let more = mesh.attributes.iter().filter_map(|attribute| attribute.values.get(k).copied());
+        let numbers = local.iter().copied().chain(normal.into_iter().flatten().map(|&n| n as f32)).chain(more);
         for (column, number) in numbers.enumerate() {
             match encoding {
                 Encoding::Ascii => write!(file, "{}{number}", if column == 0 { "" } else { " " })?,
@@ -74,12 +78,14 @@ fn to_writer(file: &mut impl Write, mesh: &Mesh, encoding: Encoding) -> Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Attribute;
 
     fn mesh() -> Mesh {
         Mesh {
             positions: vec![[5e5, 4e6, 10.0], [5e5 + 30.0, 4e6, 20.5], [5e5, 4e6 + 30.0, 5.0]],
             triangles: vec![[0, 1, 2]],
             normals: None,
+            attributes: Vec::new(),
         }
     }
 
@@ -87,6 +93,20 @@ mod tests {
         let mut bytes = Vec::new();
         to_writer(&mut bytes, mesh, encoding).unwrap();
         bytes
+    }
+
+    #[test]
+    fn attributes_are_properties_behind_the_others() {
+        let attribute = Attribute { name: "resistance".to_owned(), values: vec![0.25, 0.5, 1.0] };
+        let made = Mesh { attributes: vec![attribute], ..mesh() };
+        let text = String::from_utf8(written(&made, Encoding::Ascii)).unwrap();
+        assert!(text.contains("property float z\nproperty float resistance\nelement face"));
+        assert!(text.contains("end_header\n0 0 5 0.25\n30 0 15.5 0.5\n0 30 0 1\n3 0 1 2\n"), "{text}");
+        let short = Attribute { name: "stress".to_owned(), values: vec![0.0] };
+        let named = Attribute { name: "Stress".to_owned(), values: vec![0.0; 3] };
+        for bad in [short, named] {
+            assert!(Mesh { attributes: vec![bad], ..mesh() }.check().is_err());
+        }
     }
 
     #[test]

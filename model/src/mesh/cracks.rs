@@ -110,6 +110,7 @@ mod tests {
             positions: vec![[0.0, 0.0, 1.0], [1.0, 0.0, 2.0], [1.0, 1.0, 3.0], [0.0, 1.0, 4.0]],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             normals: None,
+            attributes: Vec::new(),
         }
     }
 

@@ -39,6 +39,16 @@ pub enum MeshError {
         /// The number of vertices.
         vertices: usize,
     },
+    /// An attribute that cannot be written.
+    #[error("attribute {name:?} has {values} values for {vertices} vertices: expected as many, finite, under a lower-case name")]
+    Attribute {
+        /// What it is called.
+        name: String,
+        /// Values given.
+        values: usize,
+        /// The number of vertices.
+        vertices: usize,
+    },
     /// More vertices than 32-bit indices can name.
     #[error("{vertices} vertices are more than 32-bit indices can name")]
     TooMany {
@@ -81,6 +91,17 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Unit normals, one a vertex.
     pub normals: Option<Vec<[f64; 3]>>,
+    /// Further numbers of vertices, such as what the ground is made of. PLY and glTF keep them; OBJ has no place for them.
+    pub attributes: Vec<Attribute>,
+}
+
+/// A number for each vertex of a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attribute {
+    /// In lower case, digits and `_`, such as `resistance`; glTF writes it `_RESISTANCE`.
+    pub name: String,
+    /// One a vertex.
+    pub values: Vec<f32>,
 }
 
 impl Mesh {
@@ -152,6 +173,14 @@ impl Mesh {
         let found = infinite(&self.positions).or_else(|| self.normals.as_deref().and_then(infinite));
         if let Some(vertex) = found {
             return Err(MeshError::NotFinite { vertex });
+        }
+        for Attribute { name, values } in &self.attributes {
+            let named = name.starts_with(|c: char| c.is_ascii_lowercase())
+                && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+                && !["x", "y", "z", "nx", "ny", "nz"].contains(&name.as_str());
+            if !named || values.len() != vertices || !values.iter().all(|value| value.is_finite()) {
+                return Err(MeshError::Attribute { name: name.clone(), values: values.len(), vertices });
+            }
         }
         for (triangle, indices) in self.triangles.iter().enumerate() {
             if let Some(&vertex) = indices.iter().find(|&&index| index as usize >= vertices) {
