@@ -6,4 +6,5 @@ pub mod primitive;
 pub mod ray;
 pub mod sigmoid;
 pub mod skeleton;
+pub mod spine;
 pub mod terrain;
