@@ -3,15 +3,14 @@
 
 use super::{Relief, Spine, size, squared, tree};
 use crate::field::{Box3, DensityBounds};
-use glam::DVec3;
 use terrain_model::bounds::{over_up, plus_up, times_up};
 use terrain_model::falloff::{wyvill, wyvill_steepness};
 use terrain_model::interval::Interval;
 use terrain_model::real::Real;
 
-/// Times the largest coordinate, this covers what `f64` adds to a nearest point or a distance. Each is a dozen operations,
-/// each off by 2⁻⁵³ of coordinates' differences, whose three components and products stay below 4 times that coordinate;
-/// v doubles it.
+/// Times the largest coordinate, this covers what `f64` adds to a nearest point or a distance: a dozen operations, each off
+/// by 2⁻⁵³ of differences of coordinates, which together stay below 8 times the largest. Rounding the direction of v adds
+/// the like of it, R/d times: 12 · 8 · 2, in units of 2⁻⁵³, is below 128 · 2⁻⁵².
 pub(super) const ROUNDING: f64 = 128.0 * f64::EPSILON;
 
 /// A box as the bounds see it.
@@ -27,9 +26,9 @@ impl Spine {
     ///
     /// *Range.* The distance d to a segment is that at the middle ± half the diagonal.
     ///
-    /// *Slope.* Let q be the nearest point of a segment, u = (p − q)/d the direction, a the axis. Where q is an end, Dq = 0 and Du =
-    /// (I − uuᵀ)/d; between the ends Dq = aaᵀ, u ⊥ a and Du = (I − uuᵀ − aaᵀ)/d. So D(q + R·u) = Dv maps u to 0, and its norm
-    /// is at most max(1, R/d). With T = R + t(v), ∇d = u and d̃ = d/T,
+    /// *Slope.* Let q be the nearest point of a segment, u = (p − q)/d the direction, a the axis. Where q is an end, Dq = 0
+    /// and Du = (I − uuᵀ)/d; between the ends Dq = aaᵀ, u ⊥ a and Du = (I − uuᵀ − aaᵀ)/d. So D(q + R·u) = Dv maps u to 0,
+    /// and its norm is at most max(1, R/d). With T = R + t(v), ∇d = u and d̃ = d/T,
     ///
     /// ∇d̃ = u/T − (d/T²)·Dvᵀ∇t, two orthogonal parts, so ‖∇d̃‖ ≤ hypot(1/T, Lip(t)·max(d, R)/T²).
     ///
