@@ -5,3 +5,4 @@ pub mod field;
 pub mod geology;
 pub mod implicit;
 pub mod polygonize;
+mod turbulence;

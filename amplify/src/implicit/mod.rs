@@ -8,5 +8,6 @@ pub mod ray;
 mod recent;
 pub mod sigmoid;
 pub mod skeleton;
+pub mod spine;
 pub mod surface;
 pub mod volume;

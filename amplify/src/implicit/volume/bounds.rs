@@ -2,7 +2,7 @@
 //! has the same values, to the bit, in the box.
 
 use super::Volume;
-use crate::field::{Box3, DensityBounds, THRESHOLD};
+use crate::field::{Box3, Density, DensityBounds, THRESHOLD};
 use terrain_model::bounds::plus_up;
 use terrain_model::interval::Interval;
 use terrain_model::real::Real;
@@ -30,6 +30,7 @@ impl Volume {
                 few(index.among(over).into_iter().map(|k| &all[k as usize]), over, keep)
             }
             Volume::Few(primitives) => few(primitives.iter(), over, keep),
+            Volume::Spine(spine) => itself(spine.bounds(over)),
             Volume::Blend(parts) => {
                 let mut sum = DensityBounds::ZERO;
                 let mut left = Vec::new();

@@ -94,7 +94,7 @@ impl Volume {
                     }
                 });
             }
-            Volume::Prism(_) | Volume::Primitives(_) | Volume::Warp(_) | Volume::Instance(_) => {
+            Volume::Prism(_) | Volume::Primitives(_) | Volume::Spine(_) | Volume::Warp(_) | Volume::Instance(_) => {
                 each(axes, out, |p, slot| *slot = self.value(p));
             }
         }

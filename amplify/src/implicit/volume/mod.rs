@@ -15,6 +15,7 @@ pub use part::{Erosion, Instance, Placement, Warp};
 use super::index::Index;
 use super::primitive::Primitive;
 use super::prism::Prism;
+use super::spine::Spine;
 use super::surface::Surface;
 use crate::field::{Box3, Density, DensityBounds, THRESHOLD};
 use glam::DVec3;
@@ -34,6 +35,8 @@ pub enum Volume {
     Primitives(Arc<Index>),
     /// The sum of a few compact primitives, each of which is computed.
     Few(Arc<[Primitive]>),
+    /// A point or curve, its distance perturbed by noise or not.
+    Spine(Arc<Spine>),
     /// The sum; nothing is the field 0.
     Blend(Vec<Volume>),
     /// The largest (claims P9); of nothing, 0.
@@ -83,6 +86,7 @@ impl Volume {
                 }
                 sum
             }
+            Volume::Spine(spine) => spine.density(p),
             node => node.combined(p),
         }
     }
@@ -91,7 +95,7 @@ impl Volume {
     fn combined<R: VolumeNumber>(&self, p: [R; 3]) -> R {
         match self {
             Volume::Surface(_) | Volume::Prism(_) | Volume::Ground(..) => R::zero(),
-            Volume::Primitives(_) | Volume::Few(_) => R::zero(),
+            Volume::Primitives(_) | Volume::Few(_) | Volume::Spine(_) => R::zero(),
             Volume::Blend(parts) => fold(parts, p, |f, g| f + g),
             Volume::Union(parts) => fold(parts, p, R::max),
             Volume::Intersection(parts) => fold(parts, p, R::min),
@@ -114,7 +118,7 @@ impl Volume {
             Volume::Warp(warp) => warp.child.largest_index(),
             Volume::Erosion(erosion) => erosion.child.largest_index(),
             Volume::Surface(_) | Volume::Prism(_) | Volume::Ground(..) => None,
-            Volume::Few(_) | Volume::Instance(_) => None,
+            Volume::Few(_) | Volume::Spine(_) | Volume::Instance(_) => None,
         }
     }
 }
@@ -163,6 +167,7 @@ impl Density for Volume {
             Volume::Ground(surface, prism) => surface.support().meet(&prism.support()),
             Volume::Primitives(index) => index.support(),
             Volume::Few(primitives) => primitives.iter().fold(Box3::EMPTY, |all, one| all.hull(&one.support())),
+            Volume::Spine(spine) => spine.support(),
             Volume::Blend(parts) | Volume::Union(parts) => all(parts),
             Volume::Intersection(parts) => {
                 parts.iter().map(Density::support).reduce(|a, b| a.meet(&b)).unwrap_or(Box3::EMPTY)

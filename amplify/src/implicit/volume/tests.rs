@@ -2,6 +2,7 @@ use super::super::heightfield::tests::ground;
 use super::super::primitive::tests::any_primitive;
 use super::super::sigmoid::Sigmoid;
 use super::super::skeleton::Skeleton;
+use super::super::spine::Noise;
 use super::*;
 use crate::geology::{Archetype, Geology};
 use proptest::prelude::*;
@@ -41,6 +42,13 @@ fn any_volume() -> impl Strategy<Value = Volume> {
         scattered().prop_map(|all| Volume::Primitives(Arc::new(Index::new(all).unwrap()))),
         (prop::array::uniform3(0.0f64..1.0), 4.0f32..30.0, -1.0f32..1.5)
             .prop_map(|(at, radius, energy)| few(&[point(near(at), radius, energy)])),
+        (prop::array::uniform3(0.0f64..1.0), prop::array::uniform3(0.0f64..1.0), 2.0f64..9.0, any::<bool>()).prop_map(
+            |(a, b, radius, rough)| {
+                let noise = Noise { amplitude: 0.4 * radius, wavelength: 6.0, octaves: 2, seed: 5, signed: true };
+                let spine = Spine::new(vec![near(a), near(b)], radius, -0.9, rough.then_some(noise)).unwrap();
+                Volume::Spine(Arc::new(spine))
+            }
+        ),
         Just(Volume::AIR),
     ];
     leaf.prop_recursive(4, 24, 4, |below| {
