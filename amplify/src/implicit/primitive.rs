@@ -4,6 +4,7 @@
 use super::skeleton::Skeleton;
 use crate::field::{Box3, DensityBounds};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use terrain_model::bounds::times_up;
 use terrain_model::dual::Dual;
 use terrain_model::falloff::{wyvill, wyvill_steepness};
@@ -11,7 +12,8 @@ use terrain_model::interval::Interval;
 use terrain_model::real::Real;
 
 /// One primitive, 36 bytes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Primitive {
     /// What it is built around.
     pub skeleton: Skeleton,

@@ -1,12 +1,14 @@
 //! σ: the vertical distance to the surface as a field in [0, 2T] (Paris 2019 §5.1).
 
 use crate::field::THRESHOLD;
+use serde::{Deserialize, Serialize};
 use terrain_model::bounds::times_up;
 use terrain_model::interval::Interval;
 use terrain_model::real::Real;
 
 /// Which σ.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Sigmoid {
     /// T + T·(3y − y³)/2 with y = x/R: its slope 3T/(2R) at the surface follows from R, its range is [0, 2T] for every R
     /// (claims P7).

@@ -3,12 +3,14 @@
 
 use crate::field::Box3;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use terrain_model::interval::Interval;
 use terrain_model::real::Real;
 
 /// A skeleton; metres, z up. Parameters are `f32`, and what they are is exactly what they say: no computation
 /// rounds them again.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Skeleton {
     /// A point.
     Point([f32; 3]),

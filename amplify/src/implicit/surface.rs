@@ -5,6 +5,7 @@ use super::sigmoid::Sigmoid;
 use super::volume::VolumeNumber;
 use crate::field::{Box3, DensityBounds, THRESHOLD};
 use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
 use terrain_model::bounds::{plus_up, times_up};
 use terrain_model::grid::Grid;
 use terrain_model::interval::Interval;
@@ -12,7 +13,8 @@ use terrain_model::primitive::image::Image;
 use terrain_model::real::Real;
 
 /// How far below the surface a point is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Distance {
     /// v = h − z, as printed: on a slope of 80° the field changes six times as fast as on the flat.
     Vertical,
@@ -65,6 +67,13 @@ impl Surface {
     pub fn bytes(&self) -> [usize; 2] {
         let images = std::iter::once(&self.heights).chain(&self.steepness);
         images.fold([0; 2], |[a, b], image| [a + image.bytes(), b + image.acceleration_bytes()])
+    }
+
+    /// Encloses the elevations over the ground of a box, metres.
+    pub fn elevations_over(&self, region: &Box3) -> Interval {
+        let [x, y, _] = region.intervals();
+        let [u, v] = self.samples([x, y]);
+        self.heights.enclose(u, v)[0]
     }
 
     #[inline(always)]

@@ -2,6 +2,7 @@
 //! field leave room for the surface. Both give the same mesh to the bit.
 
 pub mod check;
+pub mod columns;
 mod lattice;
 mod pieces;
 mod root;

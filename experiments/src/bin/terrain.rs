@@ -1,5 +1,6 @@
-//! `terrain`: evaluates, describes, samples, meshes and draws scenes, diffuses feature curves, and converts rasters. Status 0 when it did, 1 when a file could
-//! not be read, used or written, 2 when the command line could not be understood.
+//! `terrain`: evaluates, describes, samples, meshes and draws scenes, diffuses feature curves, makes solids, and converts
+//! rasters. Status 0 when it did, 1 when a file could not be read, used or written, 2 when the command line could not be
+//! understood.
 
 use clap::{Parser, Subcommand};
 use miette::{GraphicalReportHandler, GraphicalTheme};
@@ -7,11 +8,12 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 use terrain_experiments::scenes::SceneFileError;
 use terrain_experiments::verbs::{
-    VerbError, bake::Bake, convert::Convert, diffuse::Diffuse, eval::Eval, generate::Generate, info::Info, mesh::Mesh,
-    render::Render,
+    VerbError, bake::Bake, convert::Convert, diffuse::Diffuse, eval::Eval, generate::Generate, implicit::Implicit,
+    info::Info, mesh::Mesh, render::Render,
 };
 
-/// Evaluates, describes, samples, meshes and draws terrain scenes, diffuses feature curves, and converts rasters.
+/// Evaluates, describes, samples, meshes and draws terrain scenes, diffuses feature curves, makes solids, and converts
+/// rasters.
 ///
 /// Lengths are metres: x east, y north, z up. Exit status: 0 done; 1 a file could not be read, used or written, with one
 /// line that says which, where and how to mend it; 2 the command line could not be understood.
@@ -35,6 +37,7 @@ enum Verb {
     Convert(Convert),
     Generate(Generate),
     Diffuse(Diffuse),
+    Implicit(Implicit),
 }
 
 fn main() -> ExitCode {
@@ -48,6 +51,7 @@ fn main() -> ExitCode {
         Verb::Convert(verb) => verb.run(),
         Verb::Generate(verb) => verb.run(),
         Verb::Diffuse(verb) => verb.run(),
+        Verb::Implicit(verb) => verb.run(),
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build();
     let result = match pool {

@@ -1,7 +1,10 @@
 //! Paris et al. 2019: one module per table, figure or claim.
 
 pub mod benagil;
+mod draw;
+mod figures;
 mod geology;
+mod instancing;
 mod meshing;
 mod queries;
 pub mod scenes;
@@ -10,5 +13,11 @@ mod tracing;
 use crate::experiment::Experiment;
 
 /// This paper's experiments, in the order of the report.
-pub const EXPERIMENTS: &[&Experiment] =
-    &[&geology::EXPERIMENT, &queries::EXPERIMENT, &meshing::EXPERIMENT, &tracing::EXPERIMENT];
+pub const EXPERIMENTS: &[&Experiment] = &[
+    &geology::EXPERIMENT,
+    &figures::EXPERIMENT,
+    &queries::EXPERIMENT,
+    &instancing::EXPERIMENT,
+    &meshing::EXPERIMENT,
+    &tracing::EXPERIMENT,
+];

@@ -2,13 +2,15 @@
 
 use crate::experiment::ExperimentError;
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
+use terrain_amplify::field::Density;
 use terrain_amplify::implicit::heightfield::Implicitisation;
 use terrain_amplify::implicit::index::Index;
 use terrain_amplify::implicit::primitive::Primitive;
 use terrain_amplify::implicit::sigmoid::Sigmoid;
 use terrain_amplify::implicit::skeleton::Skeleton;
 use terrain_amplify::implicit::surface::Distance;
-use terrain_amplify::implicit::volume::Volume;
+use terrain_amplify::implicit::volume::{Volume, Warp};
 use terrain_model::grid::Grid;
 use terrain_model::noise::hash;
 
@@ -61,6 +63,23 @@ pub fn deep(count: usize, seed: u32, floor: f64) -> Result<Volume, ExperimentErr
     };
     Volume::terrain(ground, (0..count as u32).map(primitive).collect())
         .map_err(|k| ExperimentError::failed(format!("primitive {k} is not sound")))
+}
+
+/// The waves warped in their middle, by up to 8 m.
+pub fn warped(seed: u32) -> Result<Volume, ExperimentError> {
+    let bare = scattered(400, seed)?;
+    let (ground, _) = parts(&bare)?;
+    let middle = (0.5 * side(400)) as f32;
+    let region = Primitive { skeleton: Skeleton::Point([middle, middle, 0.0]), radius: 26.0, energy: 1.0 };
+    let warp = Warp::new(ground.clone(), Volume::Few([region].into()), 8.0, 24.0, 2, seed);
+    Ok(Volume::Warp(Arc::new(warp.map_err(ExperimentError::failed)?)))
+}
+
+/// Is `p` far enough from walls, floor and the lattice's border for the ground and what carves it alone to count?
+pub fn within_walls(volume: &Volume, cell: f64, p: DVec3) -> bool {
+    let support = volume.support();
+    let margin = 12.0 + 2.0 * cell;
+    (0..2).all(|k| support.low[k] + margin < p[k] && p[k] < support.high[k] - margin) && p.z > support.low.z + margin
 }
 
 /// The two parts of a scattered terrain.

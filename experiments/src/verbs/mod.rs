@@ -5,6 +5,7 @@ pub mod convert;
 pub mod diffuse;
 pub mod eval;
 pub mod generate;
+pub mod implicit;
 pub mod info;
 pub mod mesh;
 mod picture;

@@ -13,6 +13,7 @@ use crate::field::{Box3, Density, DensityBounds};
 use crate::turbulence::Turbulence;
 use curve::LEAST_STEP;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use terrain_model::dual::Dual;
 use terrain_model::falloff::wyvill;
 use terrain_model::interval::Interval;
@@ -30,7 +31,8 @@ const CELLS: f64 = (1u32 << 31) as f64;
 
 /// By how much the thickness varies: t = `amplitude` · a normalised sum of octaves of simplex noise, each with half the
 /// wavelength and amplitude of the one before.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Noise {
     /// Largest |t|, metres; a negative one takes thickness away.
     pub amplitude: f64,

@@ -3,7 +3,9 @@
 //! proofs.
 
 mod bounds;
+pub mod file;
 mod fill;
+mod memory;
 mod number;
 mod part;
 #[cfg(test)]

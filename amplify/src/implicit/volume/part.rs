@@ -75,7 +75,7 @@ impl Warp {
         self.steepness(&share_bounds(&self.region, &self.region.support())) >= 1.0
     }
     /// The longest displacement, metres.
-    fn reach(&self) -> f64 {
+    pub fn reach(&self) -> f64 {
         self.delta.amplitude * 3.0f64.sqrt() * ROUNDING
     }
     /// Lip(δ·f_D): |δ|·Lip(f_D) + f_D·Lip(δ).
@@ -229,7 +229,7 @@ impl Instance {
         };
         (DensityBounds { range: bounds.range, slope }, rest)
     }
-    pub(super) fn support(&self) -> Box3 {
+    pub(crate) fn support(&self) -> Box3 {
         let own = self.child.support();
         if own.is_empty() {
             return Box3::EMPTY;
