@@ -20,6 +20,7 @@ mod skeletons;
 mod terrain;
 mod tessellation;
 mod tracing;
+mod volumes;
 mod witness;
 
 pub use hunt::{Prey, hunt};
@@ -63,6 +64,7 @@ pub fn all() -> impl Iterator<Item = &'static Certificate> {
         arithmetic::ALL,
         hnaidi2010::ALL,
         paris2019::ALL,
+        volumes::ALL,
         tessellation::ALL,
     ]
     .into_iter()
