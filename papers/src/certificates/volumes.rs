@@ -52,7 +52,7 @@ const TOLERANCE: f64 = 0.05;
 /// And in absolute terms, for the dust of outward rounding.
 const DUST: f64 = 1e-9;
 /// Parts of one box of the cover that may be looked at.
-const BUDGET: u64 = 40_000;
+const BUDGET: u64 = 1_000_000;
 /// Boxes along each side of the cover.
 const COVER: u32 = 3;
 
