@@ -75,7 +75,10 @@ fn a_tree_is_meshed_and_so_is_a_part_of_it() {
     assert!(ok(&part).contains("closed"));
     one_line(&["implicit", text(&file), "--out", text(&out)], &["a.ron", "--cell"]);
     std::fs::write(&file, tree("-4")).unwrap();
-    one_line(&["implicit", text(&file), "--cell", "2", "--out", text(&out)], &["volume.carve.from", "falloff radius -4"]);
+    one_line(
+        &["implicit", text(&file), "--cell", "2", "--out", text(&out)],
+        &["volume.carve.from", "falloff radius -4"],
+    );
     std::fs::write(&file, tree("4, deep: 3")).unwrap();
     one_line(&["implicit", text(&file), "--cell", "2", "--out", text(&out)], &["a.ron", "line 1, column", "deep"]);
     one_line(&["implicit", text(&dem), "--geology", "granite", "--out", text(&out)], &["granite", "sandstone"]);

@@ -3,8 +3,9 @@
 
 use super::primitive::Primitive;
 use super::recent::Recent;
+use super::squares::Squares;
 use crate::field::Box3;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -21,32 +22,6 @@ struct Column {
     bottom: i32,
     count: u32,
     first: u32,
-}
-
-/// Squares of ground that hold a few hundred primitives each.
-struct Squares {
-    low: DVec2,
-    scale: DVec2,
-    side: usize,
-}
-
-impl Squares {
-    fn new(support: &Box3, primitives: usize) -> Squares {
-        const PRIMITIVES: f64 = 256.0;
-        let side = (primitives as f64 / PRIMITIVES).sqrt().ceil().clamp(1.0, 256.0);
-        let size = (support.high - support.low).truncate().max(DVec2::splat(f64::MIN_POSITIVE));
-        Squares { low: support.low.truncate(), scale: DVec2::splat(side) / size, side: side as usize }
-    }
-    fn count(&self) -> usize {
-        self.side * self.side
-    }
-    /// The square that holds `p`; the nearest, off the support.
-    #[inline(always)]
-    fn of(&self, p: DVec3) -> usize {
-        let at = (p.truncate() - self.low) * self.scale;
-        // Conversion takes what is negative or no number to 0.
-        (at.y as usize).min(self.side - 1) * self.side + (at.x as usize).min(self.side - 1)
-    }
 }
 
 /// Compact primitives with their index.

@@ -9,5 +9,6 @@ mod recent;
 pub mod sigmoid;
 pub mod skeleton;
 pub mod spine;
+mod squares;
 pub mod surface;
 pub mod volume;

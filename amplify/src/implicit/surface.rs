@@ -124,7 +124,10 @@ impl Surface {
             }
             let range = self.sigmoid.value(below, radius);
             let steep = Real::sqrt(one + dx.square() + dy.square()).hi();
-            return DensityBounds { range, slope: times_up(self.sigmoid.steepness(below / radius, self.radius), steep) };
+            return DensityBounds {
+                range,
+                slope: times_up(self.sigmoid.steepness(below / radius, self.radius), steep),
+            };
         };
         let [s, du, dv] = steepness.enclose_cells(u, v);
         let [sx, sy] = [du / spacing[0], dv / spacing[1]];
@@ -259,7 +262,7 @@ mod tests {
             assert!(shrink.value <= 1.0 / (1.0 + slope * slope).sqrt() * (1.0 + 1e-12));
             let u = f.samples([p.x, p.y].map(Interval::point));
             let [_, du, dv] = s.enclose(u[0], u[1]);
-            let steep = (du.magnitude() / 2.0).hypot(dv.magnitude() / 3.0);
+            let steep = DVec2::new(du.magnitude() / 2.0, dv.magnitude() / 3.0).length();
             assert!(steep <= (1.0 + 1e-5) / 5.0, "{steep}");
         }
     }

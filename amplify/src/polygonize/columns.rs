@@ -164,7 +164,8 @@ impl Polygonizer<'_, Volume> {
                 let (xs, ys) = (x.saturating_sub(1)..(x + 1).min(nx), y.saturating_sub(1)..(y + 1).min(ny));
                 let bare = hull(xs.clone(), ys.clone()).is_none_or(|(_, bare)| bare);
                 let used = ys.flat_map(|y| xs.clone().map(move |x| (x, y))).map(|(x, y)| &cubes[y * nx + x]);
-                let used = used.filter(|z| !z.is_empty()).fold((usize::MAX, 0), |(a, b), z| (a.min(z.start), b.max(z.end)));
+                let used =
+                    used.filter(|z| !z.is_empty()).fold((usize::MAX, 0), |(a, b), z| (a.min(z.start), b.max(z.end)));
                 if used.0 > used.1 {
                     return Values { first: 0, of: Vec::new(), bare };
                 }
@@ -254,11 +255,11 @@ mod tests {
     use super::super::check::Census;
     use super::*;
     use crate::implicit::heightfield::tests::ground;
-    use crate::polygonize::Lattice;
     use crate::implicit::primitive::Primitive;
     use crate::implicit::sigmoid::Sigmoid;
     use crate::implicit::skeleton::Skeleton;
     use crate::implicit::volume::Warp;
+    use crate::polygonize::Lattice;
     use std::sync::Arc;
 
     fn point(at: [f32; 3], radius: f32, energy: f32) -> Primitive {

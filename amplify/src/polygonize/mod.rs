@@ -5,11 +5,13 @@ pub mod check;
 pub mod columns;
 mod lattice;
 mod pieces;
+mod report;
 mod root;
 mod table;
 
 pub use lattice::Lattice;
 pub use pieces::Pieces;
+pub use report::Report;
 
 use crate::field::{Box3, Density, THRESHOLD};
 use glam::DVec3;
@@ -52,40 +54,6 @@ pub enum PolygonizeError {
         /// How many there would be.
         vertices: usize,
     },
-}
-
-/// What a polygonisation cost and holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Report {
-    /// Values of f at corners.
-    pub corner_evaluations: u64,
-    /// Values of f along edges.
-    pub root_evaluations: u64,
-    /// Values where f is bare ground, an elevation looked up or the distance to a wall: a column of corners is one.
-    pub lookups: u64,
-    /// Enclosures of f over boxes.
-    pub enclosures: u64,
-    /// Gradients for normals.
-    pub gradients: u64,
-    /// Cubes whose corners were looked at.
-    pub cells: u64,
-}
-
-impl Report {
-    /// Values of f: the paper's #C.
-    pub fn evaluations(&self) -> u64 {
-        self.corner_evaluations + self.root_evaluations
-    }
-    fn plus(self, other: Report) -> Report {
-        Report {
-            corner_evaluations: self.corner_evaluations + other.corner_evaluations,
-            root_evaluations: self.root_evaluations + other.root_evaluations,
-            lookups: self.lookups + other.lookups,
-            enclosures: self.enclosures + other.enclosures,
-            gradients: self.gradients + other.gradients,
-            cells: self.cells + other.cells,
-        }
-    }
 }
 
 /// Makes meshes of one field.
@@ -359,14 +327,7 @@ impl<'a, F: Density> Polygonizer<'a, F> {
     }
 
     /// Position and normal of the vertex on a crossed edge.
-    fn vertex(
-        &self,
-        field: &F,
-        at: [usize; 3],
-        axis: usize,
-        ends: [f64; 2],
-        report: &mut Report,
-    ) -> [DVec3; 2] {
+    fn vertex(&self, field: &F, at: [usize; 3], axis: usize, ends: [f64; 2], report: &mut Report) -> [DVec3; 2] {
         let width = self.tolerance / self.lattice.spacing();
         let root = bracket(ends, width, |share| field.value(self.lattice.on_edge(at, axis, share)));
         if field.is_bare() {

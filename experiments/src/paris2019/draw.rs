@@ -52,15 +52,19 @@ pub fn draw(
     let shades: Vec<DVec3> = (0..mesh.positions.len()).map(shade).collect();
     for corners in &mesh.triangles {
         let corners = corners.map(|k| k as usize);
-        let [Some(a), Some(b), Some(c)] = corners.map(|k| project(DVec3::from_array(mesh.positions[k]))) else { continue };
+        let [Some(a), Some(b), Some(c)] = corners.map(|k| project(DVec3::from_array(mesh.positions[k]))) else {
+            continue;
+        };
         let area = (b - a).truncate().perp_dot((c - a).truncate());
         // Back faces, and those seen from the side; rows run down the picture.
         if area >= 0.0 {
             continue;
         }
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        let columns = (low.x - 0.5).ceil().max(0.0) as usize..((high.x - 0.5).floor() + 1.0).clamp(0.0, width as f64) as usize;
-        let rows = (low.y - 0.5).ceil().max(0.0) as usize..((high.y - 0.5).floor() + 1.0).clamp(0.0, height as f64) as usize;
+        let columns =
+            (low.x - 0.5).ceil().max(0.0) as usize..((high.x - 0.5).floor() + 1.0).clamp(0.0, width as f64) as usize;
+        let rows =
+            (low.y - 0.5).ceil().max(0.0) as usize..((high.y - 0.5).floor() + 1.0).clamp(0.0, height as f64) as usize;
         for j in rows {
             for i in columns.clone() {
                 let p = DVec3::new(i as f64 + 0.5, j as f64 + 0.5, 0.0);

@@ -105,7 +105,8 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         ]);
     }
     outcome.table(table)?;
-    let plot = Plot::new("ratios", "Bytes saved", Axis::log("primitives of the group"), Axis::log("stored each / instanced"));
+    let plot =
+        Plot::new("ratios", "Bytes saved", Axis::log("primitives of the group"), Axis::log("stored each / instanced"));
     outcome.plot(plot.series("200 copies", Style::LineAndPoints, ratios))?;
     outcome.metric("largest_difference", largest)?;
     // Sums of up to 64 primitives of energy 1/2 in another order.
@@ -113,6 +114,9 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         outcome.set_verdict(Verdict::NotReproduced, format!("fields differ by {largest}"));
     }
     outcome.control("a copy elsewhere", "the stored field an eighth of a metre away", "it differs", moved > 1e-3);
-    outcome.deviation("which primitive the paper replicates", "groups of 1 to 64 point primitives; one alone is smaller than a placement");
+    outcome.deviation(
+        "which primitive the paper replicates",
+        "groups of 1 to 64 point primitives; one alone is smaller than a placement",
+    );
     Ok(outcome)
 }

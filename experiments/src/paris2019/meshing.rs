@@ -66,14 +66,15 @@ fn scenes(ctx: &Context) -> Result<Vec<Scene>, ExperimentError> {
 
 /// The paper's bounds of columns on the cave and under a warp: what they cost, and what of their vertices is off the surface.
 fn columns(ctx: &Context, outcome: &mut Outcome, wrong: &mut Vec<String>) -> Result<(), ExperimentError> {
-    let mut table = Table::new("columns", "Bounds of columns, with elevations taken directly where only the ground is above")
-        .column("scene")
-        .column("bounds")
-        .column("vertices")
-        .column("values of f")
-        .column("columns of corners looked up")
-        .column("vertices off the surface")
-        .machine_column("seconds");
+    let mut table =
+        Table::new("columns", "Bounds of columns, with elevations taken directly where only the ground is above")
+            .column("scene")
+            .column("bounds")
+            .column("vertices")
+            .column("values of f")
+            .column("columns of corners looked up")
+            .column("vertices off the surface")
+            .machine_column("seconds");
     let tolerance = 0.05;
     let warped = scenes::warped(ctx.seed as u32)?;
     let lattice = Lattice::over(&warped.support(), 1.0).map_err(ExperimentError::failed)?;
@@ -266,7 +267,10 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         "what a call is where elevations are taken from the heightfield directly",
         "every value of f counts, floor and walls included; enclosures are counted apart",
     );
-    outcome.deviation("the paper's scenes, which are not published", "a sea cave in the manner of Fig. 25, on its grid, and scattered primitives");
+    outcome.deviation(
+        "the paper's scenes, which are not published",
+        "a sea cave in the manner of Fig. 25, on its grid, and scattered primitives",
+    );
     if let Some(why) = wrong.first() {
         outcome.set_verdict(Verdict::NotReproduced, why.clone());
     }

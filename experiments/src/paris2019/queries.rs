@@ -111,9 +111,9 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     let terrain = scenes::scattered(1_000, seed)?;
     let (ground, index) = scenes::parts(&terrain)?;
     let fewer = &index.primitives()[..999];
-    let lost = scenes::near_surface(20_000, scenes::side(1_000), seed ^ 1).iter().any(|&p| {
-        ground.value(p) + fewer.iter().fold(0.0, |sum, one| sum + one.value(p)) != terrain.value(p)
-    });
+    let lost = scenes::near_surface(20_000, scenes::side(1_000), seed ^ 1)
+        .iter()
+        .any(|&p| ground.value(p) + fewer.iter().fold(0.0, |sum, one| sum + one.value(p)) != terrain.value(p));
     outcome.control("a lost primitive", "the last of 1,000 left out of the sum", "some value differs", lost);
     if wrong > 0 {
         outcome.set_verdict(Verdict::NotReproduced, format!("{wrong} values differ from the sum over all"));

@@ -106,9 +106,7 @@ fn describe(mesh: &Mesh, origin: [f64; 3], [low, high]: [[f32; 3]; 2]) -> Value 
         offset += length;
         views.len() - 1
     };
-    let of = |view: usize, component: u32, count: usize, kind: &str| {
-        json!({ "bufferView": view, "componentType": component, "count": count, "type": kind })
-    };
+    let of = |view: usize, component: u32, count: usize, kind: &str| json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
     let mut positions = of(view(12 * vertices, ARRAY_BUFFER), FLOAT, vertices, "VEC3");
     positions["min"] = json!(low);
     positions["max"] = json!(high);

@@ -40,7 +40,9 @@ pub enum MeshError {
         vertices: usize,
     },
     /// An attribute that cannot be written.
-    #[error("attribute {name:?} has {values} values for {vertices} vertices: expected as many, finite, under a lower-case name")]
+    #[error(
+        "attribute {name:?} has {values} values for {vertices} vertices: expected as many, finite, under a lower-case name"
+    )]
     Attribute {
         /// What it is called.
         name: String,

@@ -226,7 +226,11 @@ impl Node {
                 let child = child.at(&format!("{place}.instances.child"), rasters)?;
                 let copy = |&(x, y, z, angle, scale): &(f64, f64, f64, f64, f64)| {
                     let placement = Placement::new(DVec3::new(x, y, z), angle.to_radians(), scale);
-                    let problem = || fail(format!("a copy at ({x}, {y}, {z}) turned by {angle}, scaled by {scale}: expected finite numbers, scale 1e-6 to 1e9"));
+                    let problem = || {
+                        fail(format!(
+                            "a copy at ({x}, {y}, {z}) turned by {angle}, scaled by {scale}: expected finite numbers, scale 1e-6 to 1e9"
+                        ))
+                    };
                     let placement = placement.ok_or_else(problem)?;
                     Ok(Volume::Instance(Arc::new(Instance { child: child.clone(), placement })))
                 };

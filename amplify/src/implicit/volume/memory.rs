@@ -30,7 +30,9 @@ impl Volume {
                 let rasters = Volume::Surface(surface.clone()).below(seen)[1];
                 [Volume::Prism(prism.clone()).below(seen)[0], rasters]
             }
-            Volume::Prism(prism) => [if first(Arc::as_ptr(prism).addr()) { SHARED + size_of_val(&**prism) } else { 0 }, 0],
+            Volume::Prism(prism) => {
+                [if first(Arc::as_ptr(prism).addr()) { SHARED + size_of_val(&**prism) } else { 0 }, 0]
+            }
             Volume::Primitives(index) => {
                 let new = first(Arc::as_ptr(index).addr());
                 [if new { SHARED + size_of_val(&**index) + index.bytes().iter().sum::<usize>() } else { 0 }, 0]
