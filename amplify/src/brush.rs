@@ -292,7 +292,8 @@ mod tests {
     #[test]
     fn edits_mend_the_mesh_that_all_at_once_would_give_and_undo_gives_the_old_one() {
         let mut sculpture = Sculpture::new(ground(Sigmoid::UnitFree, 3.0));
-        let lattice = Lattice::over(&Box3::new(DVec3::new(100.0, -20.0, -40.0), DVec3::new(164.0, 52.0, 20.0)), 1.5).unwrap();
+        let lattice =
+            Lattice::over(&Box3::new(DVec3::new(100.0, -20.0, -40.0), DVec3::new(164.0, 52.0, 20.0)), 1.5).unwrap();
         let volume = sculpture.volume();
         let mut pieces = Polygonizer::new(&volume, lattice, 1e-2).unwrap().pieces();
         let bare = pieces.mesh().unwrap();

@@ -209,9 +209,6 @@ pub(crate) mod tests {
         assert!(matches!(refuse(Sigmoid::UnitFree, 32.0, -90.0), HeightfieldError::Radius { .. }));
         assert!(matches!(refuse(Sigmoid::UnitFree, 4.0, 0.0), HeightfieldError::Floor { .. }));
         let holes = waves().with_no_data(Some(waves().values()[7]));
-        assert!(matches!(
-            Implicitisation::of(&waves(), 4.0).volume(&holes),
-            Err(HeightfieldError::Holes { count: 1 })
-        ));
+        assert!(matches!(Implicitisation::of(&waves(), 4.0).volume(&holes), Err(HeightfieldError::Holes { count: 1 })));
     }
 }

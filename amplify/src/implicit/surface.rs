@@ -115,7 +115,10 @@ impl Surface {
             }
             let range = self.sigmoid.value(below, radius);
             let steep = Real::sqrt(one + dx.square() + dy.square()).hi();
-            return DensityBounds { range, slope: times_up(self.sigmoid.steepness(below / radius, self.radius), steep) };
+            return DensityBounds {
+                range,
+                slope: times_up(self.sigmoid.steepness(below / radius, self.radius), steep),
+            };
         };
         let [s, du, dv] = steepness.enclose_cells(u, v);
         let [sx, sy] = [du / spacing[0], dv / spacing[1]];

@@ -358,14 +358,7 @@ impl<'a, F: Density> Polygonizer<'a, F> {
     }
 
     /// Position and normal of the vertex on a crossed edge.
-    fn vertex(
-        &self,
-        field: &F,
-        at: [usize; 3],
-        axis: usize,
-        ends: [f64; 2],
-        report: &mut Report,
-    ) -> [DVec3; 2] {
+    fn vertex(&self, field: &F, at: [usize; 3], axis: usize, ends: [f64; 2], report: &mut Report) -> [DVec3; 2] {
         let width = self.tolerance / self.lattice.spacing();
         let root = bracket(ends, width, |share| field.value(self.lattice.on_edge(at, axis, share)));
         if field.is_bare() {

@@ -55,7 +55,10 @@ impl Volume {
                     return (from, rest);
                 }
                 let slope = if range.hi() <= from.range.lo() { by.slope } else { from.slope.max(by.slope) };
-                (DensityBounds { range: Real::min(from.range, range), slope }, if keep { rest.carve(tool) } else { Volume::AIR })
+                (
+                    DensityBounds { range: Real::min(from.range, range), slope },
+                    if keep { rest.carve(tool) } else { Volume::AIR },
+                )
             }
             Volume::Warp(warp) => warp.enclose(over, keep),
             Volume::Erosion(erosion) => erosion.enclose(over, keep),
@@ -70,11 +73,7 @@ fn single(mut parts: Vec<Volume>, operator: fn(Vec<Volume>) -> Volume) -> Volume
 }
 
 /// Those of `primitives` whose support may meet the box.
-fn few<'a>(
-    primitives: impl Iterator<Item = &'a super::Primitive>,
-    over: &Box3,
-    keep: bool,
-) -> (DensityBounds, Volume) {
+fn few<'a>(primitives: impl Iterator<Item = &'a super::Primitive>, over: &Box3, keep: bool) -> (DensityBounds, Volume) {
     let mut sum = DensityBounds::ZERO;
     let mut left = Vec::new();
     for one in primitives {

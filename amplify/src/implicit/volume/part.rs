@@ -103,10 +103,8 @@ impl Warp {
             let delta = self.delta.channels[k].signed(sides).meet(Interval::symmetric(1.0));
             sides[k] + by * delta
         });
-        let moved = Box3 {
-            low: DVec3::from_array(moved.map(Interval::lo)),
-            high: DVec3::from_array(moved.map(Interval::hi)),
-        };
+        let moved =
+            Box3 { low: DVec3::from_array(moved.map(Interval::lo)), high: DVec3::from_array(moved.map(Interval::hi)) };
         let (bounds, child) = self.child.enclose(&moved, keep);
         let slope = times_up(bounds.slope, plus_up(1.0, self.steepness(&share)));
         let rest = if keep {
@@ -222,11 +220,8 @@ impl Instance {
             return (bounds, Volume::AIR);
         }
         let slope = times_up(bounds.slope / self.placement.scale, ROUNDING);
-        let rest = if keep {
-            Volume::Instance(Arc::new(Instance { child, placement: self.placement }))
-        } else {
-            Volume::AIR
-        };
+        let rest =
+            if keep { Volume::Instance(Arc::new(Instance { child, placement: self.placement })) } else { Volume::AIR };
         (DensityBounds { range: bounds.range, slope }, rest)
     }
     pub(super) fn support(&self) -> Box3 {

@@ -168,7 +168,8 @@ fn erosion_takes_rock_away_by_weakness_alone() {
 /// Claims P5: a displacement steeper than space folds it.
 #[test]
 fn a_warp_says_whether_it_may_fold() {
-    let warp = |amplitude: f64| Warp::new(Volume::AIR, few(&[point(DVec3::ZERO, 50.0, 1.0)]), amplitude, 10.0, 1, 1).unwrap();
+    let warp =
+        |amplitude: f64| Warp::new(Volume::AIR, few(&[point(DVec3::ZERO, 50.0, 1.0)]), amplitude, 10.0, 1, 1).unwrap();
     assert!(warp(8.0).folds() && !warp(0.2).folds());
     assert!(Warp::new(Volume::AIR, Volume::AIR, f64::NAN, 1.0, 1, 1).is_err());
 }
