@@ -52,7 +52,7 @@ impl Stacks {
             return None;
         }
         let Some(geology) = geology else { return Some(Material::Rock(0)) };
-        let range = geology.bounds(&region).range;
+        let range = geology.resistance(region.intervals());
         let [least, most] = [range.lo(), range.hi()].map(|rho| class(rho, self.classes));
         (least == most).then_some(least)
     }

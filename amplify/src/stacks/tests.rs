@@ -198,22 +198,23 @@ fn stacks_do_not_depend_on_the_number_of_threads() {
     let geology = Archetype::Folded.geology();
     let convert = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| Stacks::convert(&field, &region(), 1.0, 0.2, Some((&geology, 4))).unwrap())
+        pool.install(|| Stacks::convert(&field, &region(), 2.0, 0.5, Some((&geology, 4))).unwrap())
     };
     let (stacks, report) = convert(1);
     stacks.check().unwrap();
-    assert!(report.resistances > 0 && report.resistance_enclosures > 0);
-    for threads in [2, 3, 7] {
+    assert!(report.resistances > 0 && report.resistance_enclosures == 0);
+    for threads in [2, 7] {
         assert_eq!(convert(threads), (stacks.clone(), report));
     }
 }
 
 #[test]
 fn rock_is_told_apart_by_resistance() {
-    let geology = Archetype::Faulted.geology();
     let field = carved(vec![point([130.0, 10.0, 0.0], 9.0, -0.9)]);
-    for classes in [1, 4, 10] {
-        let (stacks, report) = Stacks::convert(&field, &region(), 2.0, PRECISION, Some((&geology, classes))).unwrap();
+    // Of these, rock jumps in the second alone.
+    for (kind, classes) in [(Archetype::Folded, 1), (Archetype::Faulted, 4), (Archetype::Folded, 10)] {
+        let geology = kind.geology();
+        let (stacks, report) = Stacks::convert(&field, &region(), 4.0, PRECISION, Some((&geology, classes))).unwrap();
         stacks.check().unwrap();
         let points = (0..4000u32).map(|k| {
             let t = [k % 20, k / 20 % 20, k / 400].map(|k| f64::from(k) / 20.0);
@@ -221,7 +222,8 @@ fn rock_is_told_apart_by_resistance() {
         });
         let found = stacks.compare(&field, Some(&geology), points);
         assert!(found.wrong == 0 && found.compared > 2500, "{found:?} {report:?}");
-        let (plain, _) = Stacks::convert(&field, &region(), 2.0, PRECISION, None).unwrap();
+        assert_eq!(report.resistance_enclosures > 0, kind == Archetype::Faulted);
+        let (plain, _) = Stacks::convert(&field, &region(), 4.0, PRECISION, None).unwrap();
         assert_eq!(plain.overhangs(), stacks.overhangs());
         assert_eq!(plain.layer_count() == stacks.layer_count(), classes == 1);
     }

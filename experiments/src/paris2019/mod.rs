@@ -5,10 +5,11 @@ mod geology;
 mod meshing;
 mod queries;
 pub mod scenes;
+mod stacks;
 mod tracing;
 
 use crate::experiment::Experiment;
 
 /// This paper's experiments, in the order of the report.
 pub const EXPERIMENTS: &[&Experiment] =
-    &[&geology::EXPERIMENT, &queries::EXPERIMENT, &meshing::EXPERIMENT, &tracing::EXPERIMENT];
+    &[&geology::EXPERIMENT, &queries::EXPERIMENT, &meshing::EXPERIMENT, &tracing::EXPERIMENT, &stacks::EXPERIMENT];
