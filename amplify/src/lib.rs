@@ -5,4 +5,5 @@ pub mod field;
 pub mod geology;
 pub mod implicit;
 pub mod polygonize;
+pub mod stacks;
 mod turbulence;

@@ -8,6 +8,7 @@ mod instancing;
 mod meshing;
 mod queries;
 pub mod scenes;
+mod stacks;
 mod tracing;
 
 use crate::experiment::Experiment;
@@ -19,5 +20,6 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &queries::EXPERIMENT,
     &instancing::EXPERIMENT,
     &meshing::EXPERIMENT,
+    &stacks::EXPERIMENT,
     &tracing::EXPERIMENT,
 ];
