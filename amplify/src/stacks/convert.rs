@@ -161,10 +161,8 @@ impl Walk<'_> {
             }
             rock = range.lo() > THRESHOLD;
         }
-        if rock {
-            if let Some(class) = self.class_throughout(&region) {
-                return self.proved(class, region.low);
-            }
+        if rock && let Some(class) = self.class_throughout(&region) {
+            return self.proved(class, region.low);
         }
         if to - from == 1 {
             return self.cell(field, from);

@@ -59,7 +59,7 @@ fn scenes(ctx: &Context) -> Result<Vec<Scene>, ExperimentError> {
         all.push(carved("carved_13264_05m", 0.5));
     }
     let geology = Some(Archetype::HorizontalStrata.geology());
-    all.push(Scene { geology, ..carved("carved_13264_4m_strata", 4.0) });
+    all.push(Scene { geology, ..carved("carved_13264_8m_strata", 8.0) });
     let [nx, _, _] = benagil::lattice()?.cells();
     let region = Box3::new(DVec3::new(0.0, 0.0, -20.0), DVec3::new(benagil::SIDE, benagil::SIDE, 40.0));
     let spacing = benagil::SIDE / nx as f64 * ctx.profile.pick(2.0, 1.0);
