@@ -24,6 +24,67 @@ pub struct Block {
     pub wrong: [[u64; 3]; Tracer::ALL.len()],
 }
 
+impl Block {
+    /// Nothing counted.
+    pub fn none() -> Block {
+        Block { truth: [0; 3], wrong: [[0; 3]; Tracer::ALL.len()] }
+    }
+    /// Both counts together.
+    #[must_use]
+    pub fn plus(mut self, other: &Block) -> Block {
+        for (total, count) in self.truth.iter_mut().zip(other.truth) {
+            *total += count;
+        }
+        for (total, count) in self.wrong.iter_mut().flatten().zip(other.wrong.iter().flatten()) {
+            *total += count;
+        }
+        self
+    }
+}
+
+/// Counts one block by its index.
+pub type Counter<'a> = dyn Fn(u64) -> Block + 'a;
+
+/// A scene whose rays are recorded.
+pub trait Recorded {
+    /// Its name, and that of its record.
+    fn name(&self) -> &str;
+    /// The committed record; empty without one.
+    fn record(&self) -> &str;
+    /// Of all that rays and their counts depend on.
+    fn fingerprint(&self) -> String;
+    /// Calls `body` with what counts the blocks of a seed.
+    ///
+    /// # Errors
+    /// A scene that cannot be traced, and what `body` says.
+    fn count(
+        &self,
+        seed: u64,
+        body: &mut dyn FnMut(&Counter<'_>) -> Result<(), ExperimentError>,
+    ) -> Result<(), ExperimentError>;
+}
+
+impl Recorded for TableScene {
+    fn name(&self) -> &str {
+        self.name
+    }
+    fn record(&self) -> &str {
+        self.record
+    }
+    fn fingerprint(&self) -> String {
+        fingerprint(self)
+    }
+    fn count(
+        &self,
+        seed: u64,
+        body: &mut dyn FnMut(&Counter<'_>) -> Result<(), ExperimentError>,
+    ) -> Result<(), ExperimentError> {
+        let surface = Surface::new(&self.program);
+        let trial = Trial::new(self, &surface, self.extent)?;
+        body(&|index| count(&trial, &surface, seed, index))
+    }
+}
+
 /// The record of one scene and seed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
@@ -35,8 +96,8 @@ pub struct Record {
 
 impl Record {
     /// A record with nothing counted.
-    pub fn empty(scene: &TableScene, seed: u64) -> Record {
-        Record { seed, terrain: fingerprint(scene), blocks: BTreeMap::new() }
+    pub fn empty(scene: &dyn Recorded, seed: u64) -> Record {
+        Record { seed, terrain: scene.fingerprint(), blocks: BTreeMap::new() }
     }
     /// Reads what [`Record::text`] wrote.
     ///
@@ -80,8 +141,8 @@ impl Record {
         text
     }
     /// Whether it was counted on this terrain.
-    pub fn is_of(&self, scene: &TableScene) -> bool {
-        self.terrain == fingerprint(scene)
+    pub fn is_of(&self, scene: &dyn Recorded) -> bool {
+        self.terrain == scene.fingerprint()
     }
     /// Rays counted.
     pub fn rays(&self) -> u64 {
@@ -93,16 +154,7 @@ impl Record {
     }
     /// Everything counted.
     pub fn total(&self) -> Block {
-        let mut sum = Block { truth: [0; 3], wrong: [[0; 3]; Tracer::ALL.len()] };
-        for (_, block) in self.blocks.values() {
-            for (total, count) in sum.truth.iter_mut().zip(block.truth) {
-                *total += count;
-            }
-            for (total, count) in sum.wrong.iter_mut().flatten().zip(block.wrong.iter().flatten()) {
-                *total += count;
-            }
-        }
-        sum
+        self.blocks.values().fold(Block::none(), |sum, (_, block)| sum.plus(block))
     }
     /// The commits that counted, in order of their first block.
     pub fn commits(&self) -> Vec<&str> {
@@ -126,7 +178,7 @@ impl Record {
     /// A scene without a camera, or a file that cannot be written.
     pub fn extend(
         &mut self,
-        scene: &TableScene,
+        scene: &dyn Recorded,
         rays: u64,
         chosen: impl Fn(u64) -> bool,
         file: &Path,
@@ -135,17 +187,17 @@ impl Record {
         let environment = Environment::gather();
         let commit = environment.commit.get(..12).unwrap_or("unknown").to_owned();
         let commit = if environment.dirty == Some(true) { format!("{commit}+") } else { commit };
-        let surface = Surface::new(&scene.program);
-        let trial = Trial::new(scene, &surface, scene.extent)?;
-        for index in (0..rays.div_ceil(BLOCK)).filter(|index| chosen(*index)) {
-            if !self.blocks.contains_key(&index) {
-                self.blocks.insert(index, (commit.clone(), count(&trial, &surface, self.seed, index)));
-                atomic_write_bytes(file, self.text(scene.name).as_bytes())
-                    .map_err(|error| ExperimentError::failed(format!("{}: {error}", file.display())))?;
+        scene.count(self.seed, &mut |count| {
+            for index in (0..rays.div_ceil(BLOCK)).filter(|index| chosen(*index)) {
+                if !self.blocks.contains_key(&index) {
+                    self.blocks.insert(index, (commit.clone(), count(index)));
+                    atomic_write_bytes(file, self.text(scene.name()).as_bytes())
+                        .map_err(|error| ExperimentError::failed(format!("{}: {error}", file.display())))?;
+                }
+                advance(BLOCK);
             }
-            advance(BLOCK);
-        }
-        Ok(())
+            Ok(())
+        })
     }
 }
 
@@ -156,7 +208,7 @@ fn header() -> String {
 }
 
 /// Counts one block.
-pub fn count(trial: &Trial<'_>, surface: &Surface<'_>, seed: u64, index: u64) -> Block {
+fn count(trial: &Trial<'_>, surface: &Surface<'_>, seed: u64, index: u64) -> Block {
     let tracers = Tracer::ALL.map(|tracer| (tracer, surface));
     let rays = index * BLOCK..(index + 1) * BLOCK;
     let tallies = compare(&trial.ground, &tracers, &trial.settings, &trial.effort, seed, rays, &|_| {});

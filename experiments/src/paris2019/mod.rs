@@ -9,7 +9,7 @@ mod meshing;
 mod queries;
 pub mod scenes;
 mod stacks;
-mod tracing;
+pub mod tracing;
 
 use crate::experiment::Experiment;
 

@@ -2,10 +2,14 @@
 
 use super::scenes;
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
+use crate::genevaux2015::record::{BLOCK, Block, Counter, Record, Recorded};
 use crate::report::{Cell, Outcome, Table};
 use glam::DVec3;
 use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+use terrain_amplify::field::Density;
 use terrain_amplify::implicit::ray::{Certified, DensityRay, SETTINGS, Traceable, Tracer};
+use terrain_amplify::implicit::volume::Volume;
 use terrain_model::trace::{Answer, Ray, RayFunction, segment, sphere};
 use terrain_papers::verdicts::Verdict;
 
@@ -68,6 +72,92 @@ impl Tally {
         };
         Tally { steps, missed: u64::from(missed), early: u64::from(early), gave_up }
     }
+}
+
+/// The terrain of this experiment, whose rays are recorded in blocks by `reproduce rays carved`.
+#[derive(Debug)]
+pub struct Carved {
+    volume: Volume,
+    seed: u32,
+}
+
+impl Carved {
+    /// The terrain of a seed.
+    ///
+    /// # Errors
+    /// A terrain that cannot be made.
+    pub fn new(seed: u64) -> Result<Carved, ExperimentError> {
+        let seed = seed as u32;
+        Ok(Carved { volume: scenes::scattered(PRIMITIVES, seed)?, seed })
+    }
+}
+
+impl Recorded for Carved {
+    fn name(&self) -> &str {
+        "carved"
+    }
+    fn record(&self) -> &str {
+        include_str!("../../records/carved.csv")
+    }
+    /// Of the field at a thousand points, the rays' settings and the seed: the first 16 digits of a SHA-256.
+    fn fingerprint(&self) -> String {
+        let mut hash = Sha256::new();
+        hash.update(format!("{} {PRIMITIVES} {BRACKET} {SETTINGS:?}", self.seed));
+        for p in scenes::near_surface(1_000, scenes::side(PRIMITIVES), self.seed ^ 3) {
+            hash.update(self.volume.value(p).to_bits().to_le_bytes());
+        }
+        hash.finalize()[..8].iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+    fn count(
+        &self,
+        _: u64,
+        body: &mut dyn FnMut(&Counter<'_>) -> Result<(), ExperimentError>,
+    ) -> Result<(), ExperimentError> {
+        let surface = Traceable::new(&self.volume);
+        let side = scenes::side(PRIMITIVES);
+        body(&|index| {
+            let rays = (index * BLOCK) as u32..((index + 1) * BLOCK) as u32;
+            let each = rays.into_par_iter().map(|k| {
+                let ray = ray(self.seed ^ 2, side, k);
+                let truth = DensityRay::new(&surface, ray).certify(BRACKET);
+                let wrong = Tracer::ALL.map(|tracer| {
+                    let mut ray = DensityRay::new(&surface, ray);
+                    let tally = Tally::of(tracer.trace(&mut ray, &SETTINGS), truth, 0);
+                    [tally.missed, tally.early, tally.gave_up]
+                });
+                let hit = u64::from(matches!(truth, Certified::Hit { .. }));
+                let open = u64::from(matches!(truth, Certified::Undecided { .. }));
+                // A volume has no walls that end its domain.
+                Block { truth: [hit, 0, open], wrong }
+            });
+            each.reduce(Block::none, |a, b| a.plus(&b))
+        })
+    }
+}
+
+/// What long runs have counted of these rays.
+fn recorded(seed: u64, outcome: &mut Outcome) -> Result<(), ExperimentError> {
+    let scene = Carved::new(seed)?;
+    if scene.record().is_empty() {
+        return Ok(outcome.absent("recorded_rays", "no long run is recorded")?);
+    }
+    let record = Record::read(scene.record()).map_err(ExperimentError::failed)?;
+    if !record.is_of(&scene) {
+        return Ok(outcome.absent("recorded_rays", "the record is of another seed or terrain")?);
+    }
+    let Block { truth: [hits, _, undecided], wrong } = record.total();
+    outcome.metric("recorded_rays", record.rays() as f64)?;
+    outcome.metric("recorded_proved_hits", hits as f64)?;
+    outcome.metric("recorded_undecided", undecided as f64)?;
+    for (tracer, [missed, early, gave_up]) in Tracer::ALL.into_iter().zip(wrong) {
+        let name = tracer.name();
+        outcome.metric(&format!("{name}.recorded_missed_hits"), missed as f64)?;
+        if missed + early + gave_up > 0 {
+            let why = format!("{name}, recorded: {missed} missed, {early} early, {gave_up} gave up");
+            outcome.set_verdict(Verdict::NotReproduced, why);
+        }
+    }
+    Ok(())
 }
 
 fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
@@ -134,6 +224,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     outcome.metric("proved_hits", hits as f64)?;
     outcome.metric("undecided_rays", undecided as f64)?;
     outcome.metric("global_slope_per_metre", surface.slope())?;
+    recorded(ctx.seed, &mut outcome)?;
     outcome.deviation("the paper publishes no figures of tracing", "first hits are held against proof instead");
     outcome.control(
         "a tenth of the slope bound",
