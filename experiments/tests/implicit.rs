@@ -43,7 +43,12 @@ fn a_raster_becomes_a_closed_solid_with_its_resistance() {
     let (dem, out, strokes) = (folder.path().join("a.tif"), folder.path().join("a.glb"), folder.path().join("s.ron"));
     raster(&dem);
     let said = ok(&["implicit", text(&dem), "--geology", "sandstone", "--out", text(&out)]);
-    assert!(said.contains("closed") && said.contains(" 0 values of the field"), "{said}");
+    // Most of bare ground is looked up; values are asked where walls meet it.
+    let values = |line: &str| -> u64 {
+        let before = line.split(" values of the field").next().unwrap();
+        before.rsplit(' ').next().unwrap().parse().unwrap()
+    };
+    assert!(said.contains("closed") && values(&said) < 40_000, "{said}");
     let bytes = std::fs::read(&out).unwrap();
     assert_eq!(&bytes[..4], b"glTF");
     assert!(String::from_utf8_lossy(&bytes[..4000]).contains("_RESISTANCE"));
@@ -51,7 +56,7 @@ fn a_raster_becomes_a_closed_solid_with_its_resistance() {
     let stroke = "[(tool: Intrude, path: [(520, 720, 4), (560, 760, 6)], radius: 9, step: 3, strength: 0.8)]";
     std::fs::write(&strokes, stroke).unwrap();
     let carved = ok(&["implicit", text(&dem), "--strokes", text(&strokes), "--out", text(&out)]);
-    assert!(carved.contains("closed") && !carved.contains(" 0 values of the field"), "{carved}");
+    assert!(carved.contains("closed") && values(&carved) > values(&said), "{carved}");
     // Threads change nothing.
     let other = folder.path().join("b.glb");
     ok(&["implicit", text(&dem), "--strokes", text(&strokes), "--out", text(&other), "--threads", "1"]);
