@@ -105,7 +105,7 @@ pub trait Density: Clone + Send + Sync {
     fn is_bare(&self) -> bool {
         false
     }
-    /// f at the corners of a block: `out[(k·ny + j)·nx + i]` is f(x[i], y[j], z[k]), the numbers that [`Density::value`]
+    /// f at the corners of a block: `out[(k·ny + j)·nx + i]` is `f(x[i], y[j], z[k])`, the numbers that [`Density::value`]
     /// gives.
     fn fill(&self, axes: [&[f64]; 3], out: &mut [f64]) {
         let [xs, ys, zs] = axes;

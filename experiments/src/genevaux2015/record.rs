@@ -7,6 +7,7 @@ use crate::environment::Environment;
 use crate::experiment::ExperimentError;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fmt::Write;
 use std::path::Path;
 use terrain_model::io::atomic::atomic_write_bytes;
@@ -189,8 +190,8 @@ impl Record {
         let commit = if environment.dirty == Some(true) { format!("{commit}+") } else { commit };
         scene.count(self.seed, &mut |count| {
             for index in (0..rays.div_ceil(BLOCK)).filter(|index| chosen(*index)) {
-                if !self.blocks.contains_key(&index) {
-                    self.blocks.insert(index, (commit.clone(), count(index)));
+                if let Entry::Vacant(block) = self.blocks.entry(index) {
+                    block.insert((commit.clone(), count(index)));
                     atomic_write_bytes(file, self.text(scene.name()).as_bytes())
                         .map_err(|error| ExperimentError::failed(format!("{}: {error}", file.display())))?;
                 }
