@@ -48,7 +48,9 @@ pub enum HeightfieldError {
         limit: f64,
     },
     /// A corner of the domain where the grid has no samples.
-    #[error("corner {corner} of ring {ring} of the domain is at {point}: expected a point within the grid, {low} to {high}; clip the ring")]
+    #[error(
+        "corner {corner} of ring {ring} of the domain is at {point}: expected a point within the grid, {low} to {high}; clip the ring"
+    )]
     Outside {
         /// From 0.
         ring: usize,
@@ -253,9 +255,6 @@ pub(crate) mod tests {
         assert!(matches!(refuse(Sigmoid::UnitFree, 32.0, -90.0), HeightfieldError::Radius { .. }));
         assert!(matches!(refuse(Sigmoid::UnitFree, 4.0, 0.0), HeightfieldError::Floor { .. }));
         let holes = waves().with_no_data(Some(waves().values()[7]));
-        assert!(matches!(
-            Implicitisation::of(&waves(), 4.0).volume(&holes),
-            Err(HeightfieldError::Holes { count: 1 })
-        ));
+        assert!(matches!(Implicitisation::of(&waves(), 4.0).volume(&holes), Err(HeightfieldError::Holes { count: 1 })));
     }
 }

@@ -9,7 +9,6 @@ use std::sync::Arc;
 use terrain_model::bounds::times_up;
 use terrain_model::falloff::{WYVILL_SLOPE, wyvill, wyvill_steepness};
 use terrain_model::interval::Interval;
-use terrain_model::real::Real;
 
 /// 2T inside (claims P8: T, as printed, would make the whole solid part of the level set), 0 on the border of Ω. Walls and
 /// floor of the solid stand 0.4542 R outside. There is no ceiling: the surface is one.

@@ -4,11 +4,11 @@
 mod border;
 mod edges;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod tree;
 
 use border::{Border, Piece};
-use edges::{Edges, Extent, Segment};
+use edges::{Edges, Extent};
 use glam::DVec2;
 use terrain_model::bounds::plus_up;
 use terrain_model::interval::Interval;
@@ -55,7 +55,9 @@ pub enum OutlineError {
         count: usize,
     },
     /// A radius that the coordinates do not resolve.
-    #[error("falloff radius {radius} m of a domain: expected {least} m or more; use a larger radius or a smaller domain")]
+    #[error(
+        "falloff radius {radius} m of a domain: expected {least} m or more; use a larger radius or a smaller domain"
+    )]
     Radius {
         /// What was asked, metres.
         radius: f64,

@@ -1,4 +1,5 @@
 use super::super::heightfield::tests::ground;
+use super::super::outline::tests::island_ground;
 use super::super::primitive::tests::any_primitive;
 use super::super::sigmoid::Sigmoid;
 use super::super::skeleton::Skeleton;
@@ -39,6 +40,7 @@ fn geology() -> Arc<Geology> {
 fn any_volume() -> impl Strategy<Value = Volume> {
     let leaf = prop_oneof![
         Just(ground(Sigmoid::UnitFree, 4.0)),
+        Just(island_ground(4.0)),
         scattered().prop_map(|all| Volume::Primitives(Arc::new(Index::new(all).unwrap()))),
         (prop::array::uniform3(0.0f64..1.0), 4.0f32..30.0, -1.0f32..1.5)
             .prop_map(|(at, radius, energy)| few(&[point(near(at), radius, energy)])),
@@ -168,7 +170,8 @@ fn erosion_takes_rock_away_by_weakness_alone() {
 /// Claims P5: a displacement steeper than space folds it.
 #[test]
 fn a_warp_says_whether_it_may_fold() {
-    let warp = |amplitude: f64| Warp::new(Volume::AIR, few(&[point(DVec3::ZERO, 50.0, 1.0)]), amplitude, 10.0, 1, 1).unwrap();
+    let warp =
+        |amplitude: f64| Warp::new(Volume::AIR, few(&[point(DVec3::ZERO, 50.0, 1.0)]), amplitude, 10.0, 1, 1).unwrap();
     assert!(warp(8.0).folds() && !warp(0.2).folds());
     assert!(Warp::new(Volume::AIR, Volume::AIR, f64::NAN, 1.0, 1, 1).is_err());
 }
