@@ -1,11 +1,13 @@
 //! A heightfield made a volume (Paris 2019 §5.1): the surface field, the prism that bounds it, and their intersection,
 //! three nodes of the tree.
 
+use super::outline::OutlineError;
 use super::prism::Prism;
 use super::sigmoid::Sigmoid;
 use super::surface::{Distance, Surface};
 use super::volume::Volume;
 use crate::field::THRESHOLD;
+use glam::DVec2;
 use std::sync::Arc;
 use terrain_model::grid::Grid;
 
@@ -45,6 +47,25 @@ pub enum HeightfieldError {
         /// The lowest elevation less R, metres.
         limit: f64,
     },
+    /// A corner of the domain where the grid has no samples.
+    #[error(
+        "corner {corner} of ring {ring} of the domain is at {point}: expected a point within the grid, {low} to {high}; clip the ring"
+    )]
+    Outside {
+        /// From 0.
+        ring: usize,
+        /// Its position on the ring, from 0.
+        corner: usize,
+        /// Where it is, metres.
+        point: DVec2,
+        /// The grid's low corner, metres.
+        low: DVec2,
+        /// The grid's high corner, metres.
+        high: DVec2,
+    },
+    /// A domain that has no prism.
+    #[error(transparent)]
+    Domain(#[from] OutlineError),
 }
 
 /// How a heightfield becomes a volume.
@@ -73,6 +94,33 @@ impl Implicitisation {
     /// # Errors
     /// A [`HeightfieldError`] says what is wrong with grid, radius or floor.
     pub fn volume(&self, grid: &Grid<f32>) -> Result<Volume, HeightfieldError> {
+        let Implicitisation { floor, radius, .. } = *self;
+        let surface = self.surface(grid)?;
+        let (low, high) = grid.bounds();
+        let limit = surface.elevations().lo() - radius;
+        let prism = Prism::new(low, high, floor, radius).ok_or(HeightfieldError::Floor { floor, limit })?;
+        Ok(Volume::Ground(Arc::new(surface), Arc::new(prism)))
+    }
+    /// min(f_T, f_P) over the domain that closed `rings` bound within the rectangle of `grid`, all metres: islands, with
+    /// holes or in pieces, read as by [`Outline::eroded`](super::outline::Outline::eroded).
+    ///
+    /// # Errors
+    /// A [`HeightfieldError`] says what is wrong with grid, rings, radius or floor.
+    pub fn volume_over(&self, grid: &Grid<f32>, rings: &[Vec<DVec2>]) -> Result<Volume, HeightfieldError> {
+        let surface = self.surface(grid)?;
+        let prism = Prism::over(rings, self.floor, self.radius)?;
+        let (low, high) = grid.bounds();
+        for (ring, corners) in rings.iter().enumerate() {
+            let outside = |p: &DVec2| !(low.cmple(*p).all() && p.cmple(high).all());
+            if let Some(corner) = corners.iter().position(outside) {
+                return Err(HeightfieldError::Outside { ring, corner, point: corners[corner], low, high });
+            }
+        }
+        Ok(Volume::Ground(Arc::new(surface), Arc::new(prism)))
+    }
+
+    /// f_T, when grid, radius and floor are sound.
+    fn surface(&self, grid: &Grid<f32>) -> Result<Surface, HeightfieldError> {
         if !grid.is_metric() {
             return Err(HeightfieldError::Geographic);
         }
@@ -90,12 +138,10 @@ impl Implicitisation {
         let small = HeightfieldError::Small { width: grid.width(), height: grid.height() };
         let surface = Surface::new(grid, sigmoid, distance, radius).ok_or(small)?;
         let limit = surface.elevations().lo() - radius;
-        let no_floor = HeightfieldError::Floor { floor, limit };
         if !(floor.is_finite() && floor <= limit) {
-            return Err(no_floor);
+            return Err(HeightfieldError::Floor { floor, limit });
         }
-        let prism = Prism::new(low, high, floor, radius).ok_or(no_floor)?;
-        Ok(Volume::Ground(Arc::new(surface), Arc::new(prism)))
+        Ok(surface)
     }
 }
 
@@ -126,7 +172,7 @@ pub(crate) mod tests {
     }
 
     fn solid() -> Box3 {
-        *Prism::new(DVec2::new(100.0, -20.0), DVec2::new(164.0, 52.0), -30.0, 4.0).unwrap().solid()
+        *Prism::new(DVec2::new(100.0, -20.0), DVec2::new(164.0, 52.0), -30.0, 4.0).unwrap().extent()
     }
 
     fn at(field: &Volume, t: [f64; 3]) -> DVec3 {

@@ -2,6 +2,7 @@
 
 pub mod heightfield;
 pub mod index;
+pub mod outline;
 pub mod primitive;
 pub mod prism;
 pub mod ray;

@@ -1,4 +1,5 @@
 use super::super::heightfield::tests::ground;
+use super::super::outline::tests::island_ground;
 use super::super::primitive::tests::any_primitive;
 use super::super::sigmoid::Sigmoid;
 use super::super::skeleton::Skeleton;
@@ -39,6 +40,7 @@ fn geology() -> Arc<Geology> {
 fn any_volume() -> impl Strategy<Value = Volume> {
     let leaf = prop_oneof![
         Just(ground(Sigmoid::UnitFree, 4.0)),
+        Just(island_ground(4.0)),
         scattered().prop_map(|all| Volume::Primitives(Arc::new(Index::new(all).unwrap()))),
         (prop::array::uniform3(0.0f64..1.0), 4.0f32..30.0, -1.0f32..1.5)
             .prop_map(|(at, radius, energy)| few(&[point(near(at), radius, energy)])),
