@@ -10,7 +10,7 @@ use super::super::surface::Distance;
 use super::{Erosion, Instance, Placement, Volume, Warp};
 use crate::brush::Stroke;
 use crate::geology::{self, Geology};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use ron::extensions::Extensions;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -63,6 +63,9 @@ pub enum Node {
         /// σ.
         #[serde(default)]
         sigmoid: Sigmoid,
+        /// Closed rings of corners that bound the domain Ω; the raster's rectangle when there are none.
+        #[serde(default)]
+        outline: Vec<Vec<(f64, f64)>>,
     },
     /// Compact primitives, summed.
     Primitives(Vec<Primitive>),
@@ -176,7 +179,7 @@ impl Node {
             parts.iter().enumerate().map(|(k, part)| part.at(&format!("{place}.{name}[{k}]"), rasters)).collect()
         };
         Ok(match self {
-            Node::Ground { file, radius, floor, distance, sigmoid } => {
+            Node::Ground { file, radius, floor, distance, sigmoid, outline } => {
                 let grid = rasters(file).map_err(fail)?;
                 let made = Implicitisation::of(&grid, *radius);
                 let settings = Implicitisation {
@@ -185,7 +188,10 @@ impl Node {
                     floor: floor.unwrap_or(made.floor),
                     ..made
                 };
-                settings.volume(&grid).map_err(|error| fail(format!("{file}: {error}")))?
+                let rings: Vec<Vec<DVec2>> =
+                    outline.iter().map(|ring| ring.iter().map(|&(x, y)| DVec2::new(x, y)).collect()).collect();
+                let made = if rings.is_empty() { settings.volume(&grid) } else { settings.volume_over(&grid, &rings) };
+                made.map_err(|error| fail(format!("{file}: {error}")))?
             }
             Node::Primitives(primitives) => index(primitives.clone(), fail)?,
             Node::Strokes(strokes) => {
@@ -266,7 +272,7 @@ mod tests {
         volume: erosion(
             child: warp(
                 child: blend([
-                    ground(file: "waves.tif", radius: 4, distance: vertical),
+                    ground(file: "waves.tif", radius: 4, distance: vertical, outline: [[(102, -18), (162, -18), (162, 50), (102, 50)]]),
                     primitives([
                         (skeleton: point(120, 10, 0), radius: 6, energy: -0.9),
                         (skeleton: cuboid(centre: (140, 20, 3), half: (2, 3, 4)), radius: 3, energy: 0.8),
@@ -313,7 +319,11 @@ mod tests {
             Err(error) => error.to_string(),
         };
         assert!(error(TEXT).starts_with("volume.erosion.child.warp.child.blend[0]: no such file"));
-        let bad = TEXT.replace("ground(file: \"waves.tif\", radius: 4, distance: vertical),", "");
+        let bad = TEXT.replace("ground(file: \"waves.tif\"", "ground(file: \"waves.tif\", floor: -40");
+        assert!(error(&bad).contains("no such file"));
+        let from = bad.find("ground(").unwrap();
+        let to = from + bad[from..].find("]]),").unwrap() + 4;
+        let bad = format!("{}{}", &bad[..from], &bad[to..]);
         let bad = bad.replace("radius: 6, energy: -0.9", "radius: -6, energy: -0.9");
         assert!(error(&bad).starts_with("volume.erosion.child.warp.child.blend[0]: primitive "), "{}", error(&bad));
         assert!(error(&TEXT.replace("amplitude: 1.5", "amplitud: 1.5")).starts_with("line "));
