@@ -47,8 +47,8 @@ pub struct Stroke {
 /// A stroke that cannot be drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StrokeError {
-    /// No path, or coordinates that are not finite.
-    #[error("a stroke with {corners} corners: expected at least one, all finite")]
+    /// No path, or coordinates out of range.
+    #[error("a stroke with {corners} corners: expected at least one, coordinates within ±1000000000 m")]
     Path {
         /// Corners of the path.
         corners: usize,
@@ -84,7 +84,7 @@ pub enum StrokeError {
 impl Stroke {
     fn check(&self) -> Result<(), StrokeError> {
         let corners = self.path.len();
-        if corners == 0 || !self.path.iter().flatten().all(|x| x.is_finite()) {
+        if corners == 0 || !self.path.iter().flatten().all(|x| x.abs() <= 1e9) {
             return Err(StrokeError::Path { corners });
         }
         let positive = |name, value: f32| {
@@ -219,7 +219,8 @@ impl Sculpture {
             let support = one.support();
             self.limits.allow((support.low + support.high) * 0.5)
         });
-        let which = Arc::make_mut(&mut self.index).insert(&made).map_err(|_| StrokeError::Path { corners: 0 })?;
+        let corners = stroke.path.len();
+        let which = Arc::make_mut(&mut self.index).insert(&made).map_err(|_| StrokeError::Path { corners })?;
         let support = made.iter().fold(Box3::EMPTY, |all, one| all.hull(&one.support()));
         let energies = made.iter().map(|one| one.energy).collect();
         self.undone.clear();
@@ -273,6 +274,8 @@ mod tests {
         for bad in [
             Stroke { path: Vec::new(), ..even.clone() },
             Stroke { radius: f32::NAN, ..even.clone() },
+            Stroke { path: vec![[0.0, f32::NAN, 0.0]], ..even.clone() },
+            Stroke { path: vec![[2e9, 0.0, 0.0]], ..even.clone() },
             Stroke { step: 0.0, ..even.clone() },
             Stroke { step: 1e-3, path: vec![[0.0; 3], [1e6, 0.0, 0.0]], ..even.clone() },
             Stroke { scatter: -1.0, ..even },

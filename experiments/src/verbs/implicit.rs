@@ -1,6 +1,6 @@
 //! `terrain implicit`: a raster or a construction tree as a solid, with its caves and overhangs, as a closed mesh.
 
-use super::{VerbError, numbers, print};
+use super::{VerbError, numbers, positive, print};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -77,11 +77,6 @@ impl FromStr for Part {
             Err("expected the lower corner, then the upper: X0 < X1, Y0 < Y1 and Z0 < Z1".to_owned())
         }
     }
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
-    number.ok_or_else(|| "expected a positive number of metres".to_owned())
 }
 
 /// Text of a file, or a line that names it.

@@ -1,6 +1,6 @@
 //! `terrain mesh`: a layer as a regular mesh, or as one that is proved to lie within a distance of the terrain.
 
-use super::{Rectangle, SceneArguments, Size, VerbError, print};
+use super::{Rectangle, SceneArguments, Size, VerbError, positive, print};
 use clap::{ArgGroup, Args, ValueEnum};
 use glam::DVec2;
 use std::path::PathBuf;
@@ -52,11 +52,6 @@ enum Kind {
     Adaptive,
     /// A triangulated irregular network: the fewest triangles, the most work
     Tin,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
-    number.ok_or_else(|| "expected a positive number of metres".to_owned())
 }
 
 fn at_least_two(text: &str) -> Result<Size, String> {

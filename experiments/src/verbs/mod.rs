@@ -116,6 +116,12 @@ impl FromStr for Rectangle {
     }
 }
 
+/// A length above 0, metres.
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
+    number.ok_or_else(|| "expected a positive number of metres".to_owned())
+}
+
 /// N finite numbers separated by commas.
 fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let fail = || format!("expected {N} finite numbers separated by commas, in metres, found `{}`", text.trim());

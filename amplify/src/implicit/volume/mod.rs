@@ -141,9 +141,9 @@ impl Density for Volume {
         let p = p.to_array();
         // A ground with primitives, without the walk: a sixth faster.
         if let Volume::Blend(parts) = self
-            && let [Volume::Ground(surface, prism), Volume::Primitives(index)] = parts.as_slice()
+            && let [ground @ Volume::Ground(..), primitives @ Volume::Primitives(_)] = parts.as_slice()
         {
-            return surface.density(p).min(prism.density(p)) + index.value(DVec3::from_array(p));
+            return ground.density(p) + primitives.density(p);
         }
         self.density(p)
     }
