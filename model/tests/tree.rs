@@ -47,7 +47,14 @@ fn a_sample_carries_the_value_bit_for_bit_and_the_gradient_of_it() {
 
 /// What pairs of points of the region make of `bounds`: does a value or a weight lie outside, and the largest difference
 /// quotient over its slope bound, of the terrain, of the weight and of the two together.
-fn judge(program: &Program, bounds: &Bounds, a: DVec2, b: DVec2, random: &mut Random, segment: bool) -> (bool, [f64; 3]) {
+fn judge(
+    program: &Program,
+    bounds: &Bounds,
+    a: DVec2,
+    b: DVec2,
+    random: &mut Random,
+    segment: bool,
+) -> (bool, [f64; 3]) {
     let mut values = Evaluator::<f64>::new(program);
     let at = |random: &mut Random| {
         let t = DVec2::new(random.range(0.0, 1.0), random.range(0.0, 1.0));

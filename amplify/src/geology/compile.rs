@@ -79,12 +79,13 @@ pub(super) fn compile(node: &Node, scene: u32, place: &str) -> Result<Rock, Geol
             let (centre, radius, height, compression) = (*centre, *radius, *height, *compression);
             Rock::Taper { centre, radius, height, compression, child: below("taper", child)? }
         }
-        Node::Fault { point, normal, translation, child } => {
+        Node::Fault { point, normal, translation, child, against } => {
             check.finite("point", *point)?;
             check.direction(*normal)?;
             check.finite("translation", *translation)?;
             let (point, normal, translation) = (*point, *normal, *translation);
-            Rock::Fault { point, normal, translation, child: below("fault", child)? }
+            let against = against.as_ref().map(|node| below("fault.against", node)).transpose()?;
+            Rock::Fault { point, normal, translation, child: below("fault", child)?, against }
         }
     })
 }

@@ -107,6 +107,9 @@ pub enum Node {
         translation: DVec3,
         /// What is faulted.
         child: Box<Node>,
+        /// Other rock on the boundary and beyond, so that strata end at the fault (Fig. 3).
+        #[serde(default)]
+        against: Option<Box<Node>>,
     },
 }
 

@@ -41,6 +41,7 @@ pub(super) enum Rock {
         normal: DVec3,
         translation: DVec3,
         child: Box<Rock>,
+        against: Option<Box<Rock>>,
     },
 }
 
@@ -86,16 +87,17 @@ impl Rock {
                 let shift = c(*compression) * z * wyvill((z / c(*height)).square()) * across;
                 child.resistance([p[0], p[1], p[2] + shift], torn)
             }
-            Rock::Fault { point, normal, translation, child } => {
+            Rock::Fault { point, normal, translation, child, against } => {
                 let inside = R::zero().less(along(p, *point, *normal));
                 let moved = offset(p, *translation);
+                let still = against.as_ref().unwrap_or(child);
                 if inside.must_hold() {
                     return child.resistance(moved, torn);
                 } else if !inside.may_hold() {
-                    return child.resistance(p, torn);
+                    return still.resistance(p, torn);
                 }
                 *torn = true;
-                R::select(inside, child.resistance(moved, torn), child.resistance(p, torn))
+                R::select(inside, child.resistance(moved, torn), still.resistance(p, torn))
             }
         }
     }
@@ -119,8 +121,8 @@ impl Rock {
                 let across = TAPER_REACH * height * WYVILL_SLOPE / radius;
                 child.slope() * (1.0 + compression.abs() * (1.0 + across * across).sqrt())
             }
-            Rock::Fault { child, .. } => {
-                if child.slope() == 0.0 {
+            Rock::Fault { child, against, .. } => {
+                if against.is_none() && child.slope() == 0.0 {
                     0.0
                 } else {
                     f64::INFINITY

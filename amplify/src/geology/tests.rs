@@ -75,8 +75,11 @@ fn tree() -> impl Strategy<Value = Node> {
                     child
                 }
             ),
-            (child, vector(40.0), normal(), vector(20.0))
-                .prop_map(|(child, point, normal, translation)| { Node::Fault { point, normal, translation, child } }),
+            (child.clone(), vector(40.0), normal(), vector(20.0), prop::option::of(child)).prop_map(
+                |(child, point, normal, translation, against)| {
+                    Node::Fault { point, normal, translation, child, against }
+                }
+            ),
         ]
     })
 }
@@ -216,6 +219,7 @@ fn a_fault_is_exact_on_its_boundary() {
         normal,
         translation,
         child: Box::new(Node::Turbulence { wavelength: 20.0, octaves: 3, seed: 5 }),
+        against: None,
     };
     let child = Geology::new(9, Node::Turbulence { wavelength: 20.0, octaves: 3, seed: 5 }).unwrap();
     // Multiples of 1/4, so that (p − point)·normal is computed without rounding.
@@ -238,6 +242,21 @@ fn a_fault_is_exact_on_its_boundary() {
         assert!(geology.bounds(&Box3::around(p + normal, 0.01)).slope.is_finite());
         assert!(geology.bounds(&Box3::around(p - normal, 0.01)).slope.is_finite());
     }
+}
+
+#[test]
+fn a_fault_against_other_rock_has_each_on_its_side() {
+    let node = Node::Fault {
+        point: DVec3::ZERO,
+        normal: DVec3::X,
+        translation: DVec3::Z,
+        child: Box::new(Node::Constant(0.25)),
+        against: Some(Box::new(Node::Constant(0.75))),
+    };
+    let geology = Geology::new(9, node).unwrap();
+    let at = |x: f64| geology.value(DVec3::new(x, 3.0, 1.0));
+    assert_eq!([at(-1.0), at(0.0), at(0.25)], [0.75, 0.75, 0.25]);
+    assert_eq!(geology.slope(), f64::INFINITY, "constant rock on both sides, and yet a jump");
 }
 
 #[test]

@@ -55,6 +55,10 @@ impl Surface {
     pub fn radius(&self) -> f64 {
         self.radius
     }
+    /// Metres between samples along x and y.
+    pub fn spacing(&self) -> DVec2 {
+        self.spacing
+    }
     /// Which distance.
     pub fn distance(&self) -> Distance {
         if self.steepness.is_some() { Distance::Normalised } else { Distance::Vertical }

@@ -17,7 +17,7 @@ use terrain_papers::verdicts::Verdict;
 pub const EXPERIMENT: Experiment = Experiment {
     id: "paris2019/figures",
     title: "Scenes",
-    section: "§4–§8, Figs. 4, 5, 7–10, 25",
+    section: "§4–§8, Figs. 3–5, 7–10, 25",
     about: "Each scene is a tree of the nodes that the paper's figure shows, in text (terrain-volume/1): geology on one cliff, hoodoos \
             of instanced skeletons cracked by a warp, a domain that is no rectangle, an arch and caves, star-convex noise, erosion of weak strata, and the cave of \
             551 strokes. Every mesh is closed and manifold, every vertex a change of sign within a hundredth of a cube.",
@@ -32,7 +32,8 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 /// Name, tree and caption.
-const SCENES: [(&str, &str, &str); 6] = [
+const SCENES: [(&str, &str, &str); 7] = [
+    ("fig3", include_str!("figures/fig3.ron"), "Fig. 3: folded strata that end at a fault, turbulent rock beyond it"),
     ("fig4", include_str!("figures/fig4.ron"), "Fig. 4: strata, a fault, a weak place and a warp on one cliff"),
     ("fig5", include_str!("figures/fig5.ron"), "Fig. 5: hoodoos of spheres, cones and ellipsoids, cracked by a warp"),
     ("fig7", include_str!("figures/fig7.ron"), "Fig. 7: a domain with a bay and a hole"),

@@ -1,0 +1,12 @@
+//! Landforms that geology and relief bring forth (Paris 2019 §6): sea cliffs, canyons, karsts, hoodoos and goblins, floating
+//! islands.
+
+pub mod energy;
+mod exclusion;
+mod parameter;
+mod random;
+pub mod raster;
+pub mod sea;
+pub mod shallow;
+
+pub use parameter::ParameterError;

@@ -1,0 +1,303 @@
+//! Erosion that reaches a limited depth (Paris 2019 §6.1): Poisson spheres on the surface, each a primitive that carves as
+//! far as stress and weak rock let it. A further step starts from the walls of what the last one carved.
+
+use super::energy::Attack;
+use super::exclusion::Exclusion;
+use super::parameter::{Check, ParameterError};
+use super::random::Random;
+use crate::field::{Box3, Density, THRESHOLD};
+use crate::geology::Geology;
+use crate::implicit::index::Index;
+use crate::implicit::primitive::Primitive;
+use crate::implicit::skeleton::Skeleton;
+use crate::implicit::surface::Surface;
+use crate::implicit::volume::Volume;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use terrain_model::noise::hash::mix;
+
+/// How surfaces are eroded.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Shallow {
+    /// No two centres of one step are nearer to each other, metres; 0.01 to 10⁴.
+    pub spacing: f64,
+    /// Radius of the primitives, metres; 0.01 to 10⁴.
+    pub radius: f64,
+    /// Energy of a primitive where the effect is 1; 0 to 100. At 1 it carves half of its radius into rock whose falloff is
+    /// as wide.
+    pub strength: f64,
+    /// β: the effect of full stress on the hardest rock; 0 to 1.
+    pub hardest: f64,
+    /// Samples of less effect are left out; 0 to 1.
+    pub threshold: f64,
+    /// How often the sea or the river comes back; 1 to 100.
+    pub steps: u32,
+}
+
+impl Default for Shallow {
+    fn default() -> Shallow {
+        Shallow { spacing: 4.0, radius: 6.0, strength: 1.2, hardest: 0.1, threshold: 0.05, steps: 1 }
+    }
+}
+
+/// What a shallow erosion acts on.
+#[derive(Clone, Copy, Debug)]
+pub struct Site<'a> {
+    /// The solid as it is.
+    pub volume: &'a Volume,
+    /// The surface of its heightfield, on which the first samples lie.
+    pub surface: &'a Surface,
+    /// The rock.
+    pub geology: &'a Geology,
+    /// Nothing is carved around centres outside it.
+    pub region: Box3,
+}
+
+/// Rays from a centre that look for the walls of what it carved.
+const RAYS: u32 = 8;
+/// They reach so many radii, in so many steps, and the wall is then bracketed by so many halvings.
+const REACH: f64 = 1.25;
+const STEPS: u32 = 10;
+const HALVINGS: u32 = 6;
+/// Candidates on the ground for each square of the spacing's side: with 8 a maximal set is missed by little.
+const CANDIDATES: f64 = 8.0;
+/// Cells of the heightfield that are looked at together.
+const STRETCH: u32 = 32;
+
+impl Shallow {
+    /// # Errors
+    /// The first parameter out of its range.
+    pub fn check(&self, landform: &'static str) -> Result<(), ParameterError> {
+        let check = Check(landform);
+        check.within("spacing", self.spacing, [0.01, 1e4], "m")?;
+        check.within("radius", self.radius, [0.01, 1e4], "m")?;
+        check.within("strength", self.strength, [0.0, 100.0], "(no unit)")?;
+        check.within("hardest", self.hardest, [0.0, 1.0], "(no unit)")?;
+        check.within("threshold", self.threshold, [0.0, 1.0], "(no unit)")?;
+        check.within("steps", self.steps.into(), [1.0, 100.0], "(no unit)")
+    }
+
+    /// The primitives of all steps, in order, where `stress` σ is in [0, 1] and `allowed` holds. The same on any number of
+    /// threads.
+    pub fn erode(
+        &self,
+        site: &Site<'_>,
+        stress: impl Fn(DVec3) -> f64 + Sync,
+        allowed: impl Fn(DVec3) -> bool + Sync,
+        seed: u32,
+    ) -> Vec<Primitive> {
+        let mut index = Arc::new(Index::default());
+        let mut all: Vec<Primitive> = Vec::new();
+        let mut candidates = self.on_ground(site, mix(seed, 0));
+        for step in 0..self.steps {
+            let carved = Volume::Blend(vec![site.volume.clone(), Volume::Primitives(index.clone())]);
+            let seed = mix(seed, step + 1);
+            if step > 0 {
+                let last = all.iter().map(centre).collect::<Vec<_>>();
+                candidates = self.on_walls(&carved, &last[..], seed);
+            }
+            let effective: Vec<(DVec3, f64)> = candidates
+                .par_iter()
+                .filter(|p| site.region.contains(**p) && allowed(**p))
+                .filter_map(|&p| {
+                    let sigma = stress(p);
+                    // The geology is the dear part of it, and no rock raises the effect above σ.
+                    if sigma < self.threshold {
+                        return None;
+                    }
+                    let attack = Attack { resistance: site.geology.value(p), stress: sigma };
+                    let effect = attack.effect(self.hardest);
+                    (effect >= self.threshold && effect > 0.0).then_some((p, effect))
+                })
+                .collect();
+            let made: Vec<Primitive> = thin(&effective, self.spacing, seed)
+                .into_iter()
+                .map(|(p, effect)| Primitive {
+                    skeleton: Skeleton::Point(p.to_array().map(|c| c as f32)),
+                    radius: self.radius as f32,
+                    energy: (-self.strength * effect) as f32,
+                })
+                .collect();
+            if made.is_empty() {
+                break;
+            }
+            if step + 1 < self.steps
+                && let Ok(next) = Index::new(all.iter().chain(&made).copied().collect())
+            {
+                index = Arc::new(next);
+            }
+            all.extend(made);
+        }
+        all
+    }
+
+    /// Points of the heightfield, in each of its cells as many as the cell's area asks for.
+    fn on_ground(&self, site: &Site<'_>, seed: u32) -> Vec<DVec3> {
+        let (spacing, [low, high]) = (site.surface.spacing(), site.surface.ground());
+        let [from, to] = [site.region.low.truncate().max(low), site.region.high.truncate().min(high)];
+        if !from.cmple(to).all() {
+            return Vec::new();
+        }
+        let last = ((high - low) / spacing).round() - 1.0;
+        let [first, end] = [from, to].map(|p| ((p - low) / spacing).floor().clamp(DVec2::ZERO, last));
+        let rows = first.y as u32..=end.y as u32;
+        let columns = first.x as u32..=end.x as u32;
+        let corner = |i: u32, j: u32| low + spacing * DVec2::new(i.into(), j.into());
+        rows.into_par_iter()
+            .flat_map_iter(|j| {
+                // Stretches without any elevation of the region are left out together.
+                let stretches = columns.clone().step_by(STRETCH as usize).filter(move |&i| {
+                    let over = corner(i, j).extend(0.0);
+                    heights_in(site, over, over + DVec3::new(spacing.x * f64::from(STRETCH), spacing.y, 0.0)).is_some()
+                });
+                let last = *columns.end();
+                stretches
+                    .flat_map(move |i| i..=last.min(i + STRETCH - 1))
+                    .flat_map(move |i| self.in_cell(site, corner(i, j), spacing, seed))
+            })
+            .collect()
+    }
+
+    /// Points of the heightfield over one of its cells.
+    fn in_cell(&self, site: &Site<'_>, corner: DVec2, size: DVec2, seed: u32) -> Vec<DVec3> {
+        let Some(rise) = heights_in(site, corner.extend(0.0), (corner + size).extend(0.0)) else { return Vec::new() };
+        // On a cliff the points of the plane must be so many that those of the wall are no rarer.
+        let steep = rise / size.min_element();
+        let area = size.x * size.y * (1.0 + steep * steep).sqrt();
+        let random = Random::at(seed, corner.extend(0.0));
+        // The share of a point that is left over is one by chance.
+        let count = (CANDIDATES * area / (self.spacing * self.spacing) + random.unit(0)).min(1e6) as u32;
+        (1..=count)
+            .map(|k| {
+                let at = corner + size * DVec2::new(random.unit(2 * k), random.unit(2 * k + 1));
+                let [height, _] = site.surface.column::<f64>(at.to_array());
+                at.extend(height)
+            })
+            .collect()
+    }
+
+    /// Points where rays from `centres`, which are in the air, meet rock.
+    fn on_walls(&self, carved: &Volume, centres: &[DVec3], seed: u32) -> Vec<DVec3> {
+        let rays = |&from: &DVec3| {
+            let random = Random::at(seed, from);
+            let open = carved.value(from) < THRESHOLD;
+            (0..if open { RAYS } else { 0 })
+                .filter_map(move |ray| wall(carved, from, random.direction(ray), REACH * self.radius))
+        };
+        centres.par_iter().flat_map_iter(rays).collect()
+    }
+}
+
+/// By how much the ground rises over a rectangle, metres; `None` where none of it is in the region.
+fn heights_in(site: &Site<'_>, low: DVec3, high: DVec3) -> Option<f64> {
+    let heights = site.surface.elevations_over(&Box3 { low, high });
+    (heights.hi() >= site.region.low.z && heights.lo() <= site.region.high.z).then(|| heights.width())
+}
+
+/// Of `points`, taken in an order by chance, those that no earlier one is too near to: Poisson spheres.
+fn thin(points: &[(DVec3, f64)], spacing: f64, seed: u32) -> Vec<(DVec3, f64)> {
+    let mut order: Vec<(u32, u32)> = (0..points.len() as u32).map(|k| (mix(seed, k), k)).collect();
+    order.par_sort_unstable();
+    let mut kept = Exclusion::new(spacing);
+    let free = |&(_, k): &(u32, u32)| {
+        let sample = points[k as usize];
+        kept.is_free(sample.0).then(|| {
+            kept.add(sample.0);
+            sample
+        })
+    };
+    order.iter().filter_map(free).collect()
+}
+
+/// The first rock along a ray from air.
+fn wall(carved: &Volume, from: DVec3, direction: DVec3, reach: f64) -> Option<DVec3> {
+    let step = reach / f64::from(STEPS);
+    let rock = |t: f64| carved.value(from + direction * t) >= THRESHOLD;
+    let hit = (1..=STEPS).map(|k| step * f64::from(k)).find(|&t| rock(t))?;
+    let (mut air, mut stone) = (hit - step, hit);
+    for _ in 0..HALVINGS {
+        let middle = air.midpoint(stone);
+        *(if rock(middle) { &mut stone } else { &mut air }) = middle;
+    }
+    Some(from + direction * stone)
+}
+
+fn centre(primitive: &Primitive) -> DVec3 {
+    match primitive.skeleton {
+        Skeleton::Point(at) => DVec3::from_array(at.map(f64::from)),
+        _ => DVec3::NAN,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geology::Archetype;
+    use crate::implicit::heightfield::Implicitisation;
+    use terrain_model::grid::Grid;
+
+    /// A cliff along x = 30 m from −10 to 20 m, in 60 m of ground.
+    fn cliff() -> Volume {
+        let height = |k: usize| if k % 61 < 30 { -10.0 } else { 20.0 };
+        let grid = Grid::new(DVec2::ZERO, DVec2::ONE, 61, 61, (0..61 * 61).map(height).collect()).unwrap();
+        Implicitisation::of(&grid, 3.0).volume(&grid).unwrap()
+    }
+
+    fn eroded(volume: &Volume, threads: usize, seed: u32, erosion: &Shallow) -> Vec<Primitive> {
+        let Volume::Ground(surface, _) = volume else { panic!("a ground") };
+        let geology = Archetype::HorizontalStrata.geology();
+        let region = Box3::new(DVec3::new(5.0, 5.0, -6.0), DVec3::new(55.0, 55.0, 6.0));
+        let site = Site { volume, surface, geology: &geology, region };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| erosion.erode(&site, |p| (1.0 - p.z.abs() / 6.0).max(0.0), |p| p.y < 40.0, seed))
+    }
+
+    #[test]
+    fn samples_lie_on_the_surface_apart_from_each_other_where_they_are_allowed() {
+        let volume = cliff();
+        let erosion = Shallow { spacing: 3.0, radius: 5.0, ..Shallow::default() };
+        let made = eroded(&volume, 1, 4, &erosion);
+        assert!(made.len() > 60, "{}", made.len());
+        let nearest = |all: &[Primitive]| {
+            let pairs = (0..all.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+            pairs.map(|(i, j)| centre(&all[i]).distance(centre(&all[j]))).fold(f64::INFINITY, f64::min)
+        };
+        // Centres are rounded to f32.
+        assert!(nearest(&made) >= 3.0 * (1.0 - 1e-6), "{}", nearest(&made));
+        for one in &made {
+            let p = centre(one);
+            assert!((volume.value(p) - THRESHOLD).abs() < 1e-4 && p.z.abs() <= 6.0 && p.y < 40.0, "{p}");
+            assert!(one.energy < 0.0 && one.energy >= -1.2);
+        }
+        // The other way round, a dense set leaves no place free: any point of the wall has a sample near.
+        let far = (0..200).filter(|k| {
+            let p = DVec3::new(29.5, 8.0 + 0.15 * f64::from(*k), 0.0);
+            !made.iter().any(|one| centre(one).distance(p) < 2.0 * 3.0)
+        });
+        assert_eq!(far.count(), 0);
+        // Control: the samples of a smaller spacing are too near.
+        let close = eroded(&volume, 1, 4, &Shallow { spacing: 2.0, ..erosion });
+        assert!(nearest(&close) < 3.0 && close.len() > made.len());
+    }
+
+    #[test]
+    fn steps_go_deeper_and_threads_do_not_matter() {
+        let volume = cliff();
+        let once = Shallow { spacing: 3.0, radius: 5.0, ..Shallow::default() };
+        let thrice = Shallow { steps: 3, ..once };
+        let all = eroded(&volume, 1, 4, &thrice);
+        assert_eq!(all, eroded(&volume, 2, 4, &thrice));
+        assert_ne!(all, eroded(&volume, 1, 5, &thrice), "another seed, other samples");
+        let first = eroded(&volume, 1, 4, &once);
+        assert_eq!(all[..first.len()], first);
+        let depth = |all: &[Primitive]| all.iter().map(|one| centre(one).x).fold(0.0, f64::max);
+        assert!(depth(&all) > depth(&first) + 1.0, "{} {}", depth(&all), depth(&first));
+        // What was rock behind the wall is air.
+        let carved = Volume::terrain(volume.clone(), all).unwrap();
+        let behind = DVec3::new(31.5, 20.0, 0.0);
+        assert!(volume.value(behind) > THRESHOLD && carved.value(behind) < THRESHOLD);
+    }
+}
