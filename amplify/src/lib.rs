@@ -4,6 +4,7 @@ pub mod brush;
 pub mod field;
 pub mod geology;
 pub mod implicit;
+pub mod landform;
 pub mod polygonize;
 pub mod stacks;
 mod turbulence;
