@@ -2,6 +2,7 @@
 
 pub mod energy;
 mod exclusion;
+pub mod hoodoo;
 pub mod karst;
 mod parameter;
 pub mod percolation;

@@ -118,7 +118,6 @@ fn below_the_rock(shift: u32) -> [f64; 2] {
 fn a_karst_follows_the_weak_strata_and_not_those_of_another_rock() {
     let [led, error] = below_the_rock(0);
     let [blind, doubt] = below_the_rock(1000);
-    println!("XX {led} ± {error}, control {blind} ± {doubt}");
     assert!(led > 0.5 && led > 5.0 * error, "{led} ± {error}");
     // Four standard errors, the sites' own share of the space around them aside.
     assert!(blind.abs() < 4.0 * doubt && blind.abs() < 0.5 * led, "{blind} ± {doubt}");
