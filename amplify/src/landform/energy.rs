@@ -13,8 +13,8 @@ pub struct Attack {
 }
 
 impl Attack {
-    /// e(ρ, σ) = σ(1 − ρ)(1 − β) + σβ in [0, 1], with β = `on_hardest` the effect that full stress has on the hardest rock
-    /// (§6.1; claims P14).
+    /// e(ρ, σ) = σ(1 − ρ)(1 − β) + σβ in [0, 1], with β = `on_hardest` the effect that full stress has on the hardest
+    /// rock (§6.1; claims P14).
     ///
     /// e(ρ, 0) = 0, e(1, 1) = β and e(0, 1) = 1 exactly; e falls with ρ and rises with σ.
     ///

@@ -1,9 +1,13 @@
 //! Landforms that geology and relief bring forth (Paris 2019 §6): sea cliffs, canyons, karsts, hoodoos and goblins, floating
 //! islands.
 
+pub mod canyon;
 pub mod energy;
 mod exclusion;
+pub mod hoodoo;
+pub mod karst;
 mod parameter;
+pub mod percolation;
 mod random;
 pub mod raster;
 pub mod sea;
