@@ -4,6 +4,7 @@
 pub mod canyon;
 pub mod energy;
 mod exclusion;
+pub mod ground;
 pub mod hoodoo;
 pub mod karst;
 mod parameter;
@@ -13,4 +14,5 @@ pub mod raster;
 pub mod sea;
 pub mod shallow;
 
+pub(crate) use parameter::Check;
 pub use parameter::ParameterError;

@@ -19,11 +19,11 @@ pub struct ParameterError {
 }
 
 /// Checks the parameters of one landform.
-pub(super) struct Check(pub(super) &'static str);
+pub(crate) struct Check(pub(crate) &'static str);
 
 impl Check {
     /// Is `value` a number from `low` to `high`?
-    pub(super) fn within(
+    pub(crate) fn within(
         &self,
         field: &'static str,
         value: f64,
@@ -34,7 +34,7 @@ impl Check {
         sound.then_some(()).ok_or(ParameterError { landform: self.0, field, value, low, high, unit })
     }
     /// Are both?
-    pub(super) fn pair(
+    pub(crate) fn pair(
         &self,
         field: &'static str,
         [a, b]: [f64; 2],

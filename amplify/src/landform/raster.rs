@@ -15,6 +15,15 @@ pub fn bilinear(grid: &Grid<f32>, p: DVec2) -> f64 {
     mix(mix(value(i, j), value(east, j), t.x), mix(value(i, north), value(east, north), t.x), t.y)
 }
 
+/// Other values over the same ground.
+///
+/// # Panics
+/// When there are not as many.
+pub fn shaped<T>(like: &Grid<f32>, values: Vec<T>) -> Grid<T> {
+    let grid = Grid::new(like.origin(), like.spacing(), like.width(), like.height(), values);
+    grid.expect("as many values over a place that exists")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

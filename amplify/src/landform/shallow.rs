@@ -2,7 +2,7 @@
 //! far as stress and weak rock let it. A further step starts from the walls of what the last one carved.
 
 use super::energy::Attack;
-use super::exclusion::Exclusion;
+use super::ground::{sprinkle, thin};
 use super::parameter::{Check, ParameterError};
 use super::random::Random;
 use crate::field::{Box3, Density, THRESHOLD};
@@ -12,7 +12,7 @@ use crate::implicit::primitive::Primitive;
 use crate::implicit::skeleton::Skeleton;
 use crate::implicit::surface::Surface;
 use crate::implicit::volume::Volume;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -62,10 +62,6 @@ const RAYS: u32 = 8;
 const REACH: f64 = 1.25;
 const STEPS: u32 = 10;
 const HALVINGS: u32 = 6;
-/// Candidates on the ground for each square of the spacing's side: with 8 a maximal set is missed by little.
-const CANDIDATES: f64 = 8.0;
-/// Cells of the heightfield that are looked at together.
-const STRETCH: u32 = 32;
 
 impl Shallow {
     /// # Errors
@@ -91,7 +87,7 @@ impl Shallow {
     ) -> Vec<Primitive> {
         let mut index = Arc::new(Index::default());
         let mut all: Vec<Primitive> = Vec::new();
-        let mut candidates = self.on_ground(site, mix(seed, 0));
+        let mut candidates = sprinkle(site.surface, &site.region, self.spacing, mix(seed, 0));
         for step in 0..self.steps {
             let carved = Volume::Blend(vec![site.volume.clone(), Volume::Primitives(index.clone())]);
             let seed = mix(seed, step + 1);
@@ -134,51 +130,6 @@ impl Shallow {
         all
     }
 
-    /// Points of the heightfield, in each of its cells as many as the cell's area asks for.
-    fn on_ground(&self, site: &Site<'_>, seed: u32) -> Vec<DVec3> {
-        let (spacing, [low, high]) = (site.surface.spacing(), site.surface.ground());
-        let [from, to] = [site.region.low.truncate().max(low), site.region.high.truncate().min(high)];
-        if !from.cmple(to).all() {
-            return Vec::new();
-        }
-        let last = ((high - low) / spacing).round() - 1.0;
-        let [first, end] = [from, to].map(|p| ((p - low) / spacing).floor().clamp(DVec2::ZERO, last));
-        let rows = first.y as u32..=end.y as u32;
-        let columns = first.x as u32..=end.x as u32;
-        let corner = |i: u32, j: u32| low + spacing * DVec2::new(i.into(), j.into());
-        rows.into_par_iter()
-            .flat_map_iter(|j| {
-                // Stretches without any elevation of the region are left out together.
-                let stretches = columns.clone().step_by(STRETCH as usize).filter(move |&i| {
-                    let over = corner(i, j).extend(0.0);
-                    heights_in(site, over, over + DVec3::new(spacing.x * f64::from(STRETCH), spacing.y, 0.0)).is_some()
-                });
-                let last = *columns.end();
-                stretches
-                    .flat_map(move |i| i..=last.min(i + STRETCH - 1))
-                    .flat_map(move |i| self.in_cell(site, corner(i, j), spacing, seed))
-            })
-            .collect()
-    }
-
-    /// Points of the heightfield over one of its cells.
-    fn in_cell(&self, site: &Site<'_>, corner: DVec2, size: DVec2, seed: u32) -> Vec<DVec3> {
-        let Some(rise) = heights_in(site, corner.extend(0.0), (corner + size).extend(0.0)) else { return Vec::new() };
-        // On a cliff the points of the plane must be so many that those of the wall are no rarer.
-        let steep = rise / size.min_element();
-        let area = size.x * size.y * (1.0 + steep * steep).sqrt();
-        let random = Random::at(seed, corner.extend(0.0));
-        // The share of a point that is left over is one by chance.
-        let count = (CANDIDATES * area / (self.spacing * self.spacing) + random.unit(0)).min(1e6) as u32;
-        (1..=count)
-            .map(|k| {
-                let at = corner + size * DVec2::new(random.unit(2 * k), random.unit(2 * k + 1));
-                let [height, _] = site.surface.column::<f64>(at.to_array());
-                at.extend(height)
-            })
-            .collect()
-    }
-
     /// Points where rays from `centres`, which are in the air, meet rock.
     fn on_walls(&self, carved: &Volume, centres: &[DVec3], seed: u32) -> Vec<DVec3> {
         let rays = |&from: &DVec3| {
@@ -189,27 +140,6 @@ impl Shallow {
         };
         centres.par_iter().flat_map_iter(rays).collect()
     }
-}
-
-/// By how much the ground rises over a rectangle, metres; `None` where none of it is in the region.
-fn heights_in(site: &Site<'_>, low: DVec3, high: DVec3) -> Option<f64> {
-    let heights = site.surface.elevations_over(&Box3 { low, high });
-    (heights.hi() >= site.region.low.z && heights.lo() <= site.region.high.z).then(|| heights.width())
-}
-
-/// Of `points`, taken in an order by chance, those that no earlier one is too near to: Poisson spheres.
-fn thin(points: &[(DVec3, f64)], spacing: f64, seed: u32) -> Vec<(DVec3, f64)> {
-    let mut order: Vec<(u32, u32)> = (0..points.len() as u32).map(|k| (mix(seed, k), k)).collect();
-    order.par_sort_unstable();
-    let mut kept = Exclusion::new(spacing);
-    let free = |&(_, k): &(u32, u32)| {
-        let sample = points[k as usize];
-        kept.is_free(sample.0).then(|| {
-            kept.add(sample.0);
-            sample
-        })
-    };
-    order.iter().filter_map(free).collect()
 }
 
 /// The first rock along a ray from air.
@@ -237,6 +167,7 @@ mod tests {
     use super::*;
     use crate::geology::Archetype;
     use crate::implicit::heightfield::Implicitisation;
+    use glam::DVec2;
     use terrain_model::grid::Grid;
 
     /// A cliff along x = 30 m from −10 to 20 m, in 60 m of ground.
