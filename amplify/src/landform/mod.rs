@@ -1,8 +1,11 @@
-//! Landforms that geology and relief bring forth (Paris 2019 §6): karsts, hoodoos and goblins, floating islands.
+//! Landforms that geology and relief bring forth (Paris 2019 §6): karsts, hoodoos and goblins, floating
+//! islands, arches.
 
+pub mod arch;
 pub mod energy;
 mod exclusion;
 pub mod hoodoo;
+pub mod island;
 pub mod karst;
 mod parameter;
 pub mod percolation;
