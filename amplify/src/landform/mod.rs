@@ -1,11 +1,13 @@
 //! Landforms that geology and relief bring forth (Paris 2019 §6): sea cliffs, canyons, karsts, hoodoos and goblins, floating
-//! islands.
+//! islands, arches.
 
+pub mod arch;
 pub mod canyon;
 pub mod energy;
 mod exclusion;
 pub mod ground;
 pub mod hoodoo;
+pub mod island;
 pub mod karst;
 mod parameter;
 pub mod percolation;

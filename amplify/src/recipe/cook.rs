@@ -230,9 +230,11 @@ impl Terrain<'_> {
                 self.karst(percolation, *pits, limits, seed).map_err(problem)?
             }
             Landform::Hoodoos { grammar, habitat, spacing } => self.hoodoos(grammar, habitat, *spacing, limits, seed),
-            Landform::Brush(strokes) => self.brush(strokes, limits).map_err(|(stroke, problem)| {
-                RecipeError::Stroke { entry, stroke: stroke + 1, problem }
-            })?,
+            Landform::Brush(strokes) => self.brush(entry, strokes, limits)?,
+            Landform::Arch(arch) => {
+                let stroke = arch.stroke().map_err(|problem| RecipeError::Parameter { entry, problem })?;
+                self.brush(entry, &[stroke], limits)?
+            }
         })
     }
 
@@ -302,10 +304,10 @@ impl Terrain<'_> {
             .collect()
     }
 
-    fn brush(&self, strokes: &[Stroke], limits: &Limits) -> Result<Vec<Primitive>, (usize, StrokeError)> {
+    fn brush(&self, entry: usize, strokes: &[Stroke], limits: &Limits) -> Result<Vec<Primitive>, RecipeError> {
         let mut all = Vec::new();
         for (k, stroke) in strokes.iter().enumerate() {
-            let made = stroke.primitives().map_err(|problem| (k, problem))?;
+            let made = stroke.primitives().map_err(|problem| RecipeError::Stroke { entry, stroke: k + 1, problem })?;
             all.extend(made.into_iter().filter(|one| {
                 let support = one.support();
                 limits.allow((support.low + support.high) * 0.5)

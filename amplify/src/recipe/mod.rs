@@ -12,11 +12,12 @@ pub use file::{Entry, FORMAT, Recipe, RecipeSyntax};
 pub use maps::Maps;
 
 use crate::brush::Stroke;
-use crate::landform::ParameterError;
+use crate::landform::arch::Arch;
 use crate::landform::canyon::Canyon;
 use crate::landform::hoodoo::{Habitat, Hoodoo};
 use crate::landform::karst::Karst;
 use crate::landform::sea::Sea;
+use crate::landform::{Check, ParameterError};
 use serde::{Deserialize, Serialize};
 
 /// What a recipe can ask for.
@@ -49,6 +50,8 @@ pub enum Landform {
     },
     /// Strokes of brushes (§3.2), in place.
     Brush(Vec<Stroke>),
+    /// An arch (§3.2, Fig. 8), in place.
+    Arch(Arch),
 }
 
 /// Which pits of the terrain are sinks.
@@ -76,6 +79,7 @@ impl Landform {
             Landform::Karst { .. } => "karst",
             Landform::Hoodoos { .. } => "hoodoos",
             Landform::Brush(_) => "brush",
+            Landform::Arch(_) => "arch",
         }
     }
     /// # Errors
@@ -86,7 +90,7 @@ impl Landform {
             Landform::Canyon(canyon) => canyon.check(),
             Landform::Karst { percolation, pits } => {
                 percolation.check()?;
-                let check = crate::landform::Check("pits");
+                let check = Check("pits");
                 let Pits { depth, most } = pits.unwrap_or_default();
                 check.within("depth", depth, [0.0, 1e5], "m")?;
                 check.within("most", most.into(), [1.0, 1e6], "pits")
@@ -94,9 +98,10 @@ impl Landform {
             Landform::Hoodoos { grammar, habitat, spacing } => {
                 grammar.check()?;
                 habitat.check()?;
-                crate::landform::Check("hoodoos").within("spacing", *spacing, [0.1, 1e4], "m")
+                Check("hoodoos").within("spacing", *spacing, [0.1, 1e4], "m")
             }
             Landform::Brush(_) => Ok(()),
+            Landform::Arch(arch) => arch.check(),
         }
     }
 }
