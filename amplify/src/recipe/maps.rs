@@ -3,6 +3,7 @@
 
 use super::Amplified;
 use crate::field::{Box3, Density, THRESHOLD};
+use crate::implicit::index::Index;
 use crate::landform::raster::shaped;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -61,28 +62,30 @@ impl Amplified {
         layers.max(1)
     }
 
-    /// a: the share of the squares of `cell` metres, over the ground of `grid`, that the support of a primitive covers
-    /// (Paris 2019 §7).
+    /// [`coverage`] of the ground of `grid`.
     pub fn coverage(&self, grid: &Grid<f32>, cell: f64) -> f64 {
         let (low, high) = grid.bounds();
-        let cells = ((high - low) / cell).ceil().max(DVec2::ONE);
-        let (width, height) = (cells.x as usize, cells.y as usize);
-        let mut covered = vec![false; width * height];
-        for one in self.index.primitives() {
-            let support = one.support();
-            let [from, to] = [support.low, support.high].map(|p| (p.truncate() - low) / cell);
-            let middle = (from + to) * 0.5;
-            let half = ((to - from) * 0.5).max(DVec2::splat(f64::MIN_POSITIVE));
-            let first = from.floor().clamp(DVec2::ZERO, cells - 1.0);
-            let last = to.floor().clamp(DVec2::ZERO, cells - 1.0);
-            for y in first.y as usize..=last.y as usize {
-                for x in first.x as usize..=last.x as usize {
-                    // Supports are round from above, or boxes with round corners.
-                    let off = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - middle) / half;
-                    covered[y * width + x] |= off.length_squared() <= 1.0;
-                }
+        coverage(&self.index, [low, high], cell)
+    }
+}
+
+/// a: the share of the squares of `cell` metres of a rectangle whose middle lies in the vertical projection of a primitive
+/// (Paris 2019 §7).
+pub fn coverage(index: &Index, [low, high]: [DVec2; 2], cell: f64) -> f64 {
+    let cells = ((high - low) / cell).ceil().max(DVec2::ONE);
+    let (width, height) = (cells.x as usize, cells.y as usize);
+    let mut covered = vec![false; width * height];
+    for one in index.primitives() {
+        let support = one.support();
+        let [from, to] = [support.low, support.high].map(|p| (p.truncate() - low) / cell);
+        let [first, last] = [from, to].map(|at| at.floor().clamp(DVec2::ZERO, cells - 1.0));
+        for y in first.y as usize..=last.y as usize {
+            for x in first.x as usize..=last.x as usize {
+                let at = low + cell * DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let column = Box3 { low: at.extend(support.low.z), high: at.extend(support.high.z) };
+                covered[y * width + x] |= one.meets(&column);
             }
         }
-        covered.iter().filter(|covered| **covered).count() as f64 / covered.len() as f64
     }
+    covered.iter().filter(|covered| **covered).count() as f64 / covered.len() as f64
 }

@@ -9,7 +9,7 @@ mod tests;
 
 pub use cook::{Amplified, Made, Pantry, RecipeError, amplify};
 pub use file::{Entry, FORMAT, Recipe, RecipeSyntax};
-pub use maps::Maps;
+pub use maps::{Maps, coverage};
 
 use crate::brush::Stroke;
 use crate::landform::arch::Arch;

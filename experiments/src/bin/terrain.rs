@@ -1,5 +1,5 @@
-//! `terrain`: evaluates, describes, samples, meshes and draws scenes, diffuses feature curves, makes solids, and converts
-//! rasters. Status 0 when it did, 1 when a file could not be read, used or written, 2 when the command line could not be
+//! `terrain`: evaluates, describes, samples, meshes and draws scenes, diffuses feature curves, makes solids and amplifies
+//! heightfields, and converts rasters. Status 0 when it did, 1 when a file could not be read, used or written, 2 when the command line could not be
 //! understood.
 
 use clap::{Parser, Subcommand};
@@ -8,7 +8,7 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 use terrain_experiments::scenes::SceneFileError;
 use terrain_experiments::verbs::{
-    VerbError, bake::Bake, convert::Convert, diffuse::Diffuse, eval::Eval, generate::Generate, implicit::Implicit,
+    VerbError, amplify::Amplify, bake::Bake, convert::Convert, diffuse::Diffuse, eval::Eval, generate::Generate, implicit::Implicit,
     info::Info, mesh::Mesh, render::Render,
 };
 
@@ -38,6 +38,7 @@ enum Verb {
     Generate(Generate),
     Diffuse(Diffuse),
     Implicit(Implicit),
+    Amplify(Amplify),
 }
 
 fn main() -> ExitCode {
@@ -52,6 +53,7 @@ fn main() -> ExitCode {
         Verb::Generate(verb) => verb.run(),
         Verb::Diffuse(verb) => verb.run(),
         Verb::Implicit(verb) => verb.run(),
+        Verb::Amplify(verb) => verb.run(),
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build();
     let result = match pool {

@@ -1,14 +1,17 @@
 //! Paris et al. 2019: one module per table, figure or claim.
 
+pub mod amplified;
 pub mod benagil;
 mod draw;
 mod figures;
 mod geology;
 mod instancing;
+mod landscapes;
 mod meshing;
 mod queries;
 pub mod scenes;
 mod stacks;
+mod table1;
 pub mod tracing;
 
 use crate::experiment::Experiment;
@@ -21,5 +24,6 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &instancing::EXPERIMENT,
     &meshing::EXPERIMENT,
     &stacks::EXPERIMENT,
+    &table1::EXPERIMENT,
     &tracing::EXPERIMENT,
 ];

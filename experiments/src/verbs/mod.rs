@@ -1,5 +1,6 @@
 //! The verbs of the `terrain` command: one file each, a struct of arguments and a function that runs it.
 
+pub mod amplify;
 pub mod bake;
 pub mod convert;
 pub mod diffuse;
