@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Arch {
-    /// Where it stands with one foot, metres.
+    /// Where it stands with one foot, metres; within ±10⁷.
     pub from: DVec3,
     /// With the other; 0.5 m to 2000 m away.
     pub to: DVec3,
@@ -47,9 +47,8 @@ impl Arch {
     /// The first that is not.
     pub fn check(&self) -> Result<(), ParameterError> {
         let check = Check("arch");
-        let largest = |p: DVec3| if p.is_nan() { f64::NAN } else { p.abs().max_element() };
-        check.within("largest coordinate of from", largest(self.from), [0.0, 1e7], "m")?;
-        check.within("largest coordinate of to", largest(self.to), [0.0, 1e7], "m")?;
+        check.place("from", self.from)?;
+        check.place("to", self.to)?;
         check.within("span", self.from.distance(self.to), [0.5, 2000.0], "m")?;
         check.within("rise", self.rise, [0.0, 2000.0], "m")?;
         check.within("thickness", self.thickness, [0.1, 500.0], "m")?;
@@ -144,8 +143,8 @@ mod tests {
         assert!(read.tool == Tool::Extrude && read.roughness == 0.0);
         assert_eq!(read.check(), Ok(()));
         for (bad, field) in [
-            (Arch { from: DVec3::NAN, ..read }, "largest coordinate of from"),
-            (Arch { to: DVec3::X * 1e8, ..read }, "largest coordinate of to"),
+            (Arch { from: DVec3::NAN, ..read }, "from"),
+            (Arch { to: DVec3::X * 1e8, ..read }, "to"),
             (Arch { to: read.from, ..read }, "span"),
             (Arch { rise: -1.0, ..read }, "rise"),
             (Arch { thickness: 0.0, ..read }, "thickness"),

@@ -156,12 +156,14 @@ impl Hoodoo {
     /// or count a spire is finite almost surely exactly if p_B < 1, and has (1/(1 − p_B) + 1)/(1 − p_C/2) symbols in the
     /// mean (claims P18); the count ends those of p_B = 1.
     ///
-    /// `resistance` is ρ, clamped to [0, 1]. Chance follows from the seed and the place: a spire does not depend on others.
+    /// `at` is within ±10⁷ m. `resistance` is ρ, clamped to [0, 1], 0 where it is no number. Chance follows from the seed and
+    /// the place: a spire does not depend on others.
     ///
     /// # Errors
-    /// The first parameter out of its range.
+    /// The first parameter out of its range, or `at`.
     pub fn derive(&self, at: DVec3, resistance: impl Fn(DVec3) -> f64) -> Result<Vec<Symbol>, ParameterError> {
         self.check()?;
+        Check("hoodoo").place("at", at)?;
         let random = Random::at(self.seed, at);
         let mix = |[soft, hard]: [f64; 2], rho: f64| soft + (hard - soft) * rho;
         let mut size = mix(self.size, random.unit(0));
@@ -170,8 +172,8 @@ impl Hoodoo {
         while next != Next::End && size >= self.least_size && symbols.len() < self.symbols as usize {
             // Six numbers of each symbol, the first of the place being the axiom's size.
             let chance = |j: u32| random.unit(1 + 6 * symbols.len() as u32 + j);
-            // A NaN is as the softest rock.
-            let rho = resistance(p).max(0.0).min(1.0);
+            let rho = resistance(p);
+            let rho = if rho.is_nan() { 0.0 } else { rho.clamp(0.0, 1.0) };
             let (block, cone) = (mix(self.block, rho), mix(self.cone, rho));
             let draw = chance(0);
             let (terminal, follows) = match next {

@@ -78,9 +78,6 @@ pub enum IslandError {
     /// A parameter out of its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A place that is none.
-    #[error("island: at {0}, expected coordinates within ±10000000 m")]
-    Place(DVec3),
     /// The upper terrain.
     #[error("the upper terrain: {0}")]
     Top(HeightfieldError),
@@ -98,8 +95,9 @@ pub enum IslandError {
 }
 
 /// What lies below `top` and above `bottom`, two rasters over one rectangle, with falloffs of `radius` metres of a
-/// `distance`: the intersection min(f, f̄) of a terrain and an inverted one. σ is odd about T, so the inverted field f̄ is 2T less the field of
-/// `bottom`, and the intersection is the node that carves the rock below `bottom` away. Its prism ends 2R below all of both.
+/// `distance`: the intersection min(f, f̄) of a terrain and an inverted one. σ is odd about T, so the inverted field f̄ is 2T
+/// less the field of `bottom`, and the intersection is the node that carves the rock below `bottom` away. Its prism ends 2R
+/// below all of both.
 ///
 /// # Errors
 /// An [`IslandError`] names the terrain and what is wrong with it.
@@ -170,15 +168,13 @@ impl Island {
         [-depth * (1.0 - u), (self.height + hills) * (1.0 - u * u)]
     }
 
-    /// The rasters of bottom and top, the middle of the rim being at `at`, metres.
+    /// The rasters of bottom and top, the middle of the rim being at `at`, metres, within ±10⁷.
     ///
     /// # Errors
     /// An [`IslandError`] names what is out of range.
     pub fn rasters(&self, at: DVec3) -> Result<[Grid<f32>; 2], IslandError> {
         self.check()?;
-        if !(at.abs().max_element() <= 1e7) {
-            return Err(IslandError::Place(at));
-        }
+        Check("island").place("at", at)?;
         // The prism keeps R from the edge of the rasters, and its own falloff is as wide.
         let steps = ((self.reach() + 2.0 * self.radius) / self.cell).ceil();
         let side = 2 * steps as usize + 1;

@@ -1,5 +1,7 @@
 //! What a landform's parameters may be, and how one that is out of range is refused.
 
+use glam::DVec3;
+
 /// A parameter out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{landform}: {field} is {value}, expected {low} to {high} {unit}")]
@@ -33,6 +35,10 @@ impl Check {
         let sound = (low..=high).contains(&value);
         sound.then_some(()).ok_or(ParameterError { landform: self.0, field, value, low, high, unit })
     }
+    /// Is `p` a point within ±10⁷ m?
+    pub(super) fn place(&self, field: &'static str, p: DVec3) -> Result<(), ParameterError> {
+        p.to_array().into_iter().try_for_each(|x| self.within(field, x, [-1e7, 1e7], "m along each axis"))
+    }
     /// Are both?
     pub(crate) fn pair(
         &self,
@@ -56,6 +62,10 @@ mod tests {
         assert!(check.within("spacing", 3.0, [0.1, 10.0], "m").is_ok());
         let error = check.within("spacing", 30.0, [0.1, 10.0], "m").unwrap_err();
         assert_eq!(error.to_string(), "karst: spacing is 30, expected 0.1 to 10 m");
+        assert!(check.place("at", DVec3::ONE).is_ok());
+        for bad in [f64::NAN, f64::INFINITY, -1e8] {
+            assert!(check.place("at", DVec3::ONE.with_y(bad)).is_err());
+        }
         assert!(check.pair("radius", [1.0, f64::NAN], [0.1, 10.0], "m").is_err());
     }
 }

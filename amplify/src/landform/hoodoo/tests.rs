@@ -212,4 +212,6 @@ fn text_has_defaults_and_what_makes_no_sense_is_refused_by_name() {
         let error = bad.derive(DVec3::ZERO, |_| 0.5).unwrap_err();
         assert!(error.field == field && error.landform == "hoodoo");
     }
+    assert_eq!(read.derive(DVec3::NAN, |_| 0.5).unwrap_err().field, "at");
+    assert_eq!(read.derive(DVec3::ZERO, |_| f64::NAN), read.derive(DVec3::ZERO, |_| -1.0));
 }
