@@ -16,6 +16,11 @@ struct Slot {
     last: u32,
 }
 
+/// The integers below.
+fn whole(p: DVec3) -> [i32; 3] {
+    p.floor().to_array().map(|x| x as i32)
+}
+
 /// Points at least a spacing apart.
 #[derive(Clone, Debug)]
 pub(super) struct Exclusion {
@@ -44,10 +49,13 @@ impl Exclusion {
     }
     /// The slot of `cell`: its own, or the free one where it belongs.
     fn slot(&self, cell: [i32; 3]) -> usize {
-        let word = |k: usize, by: u64| (cell[k] as u32 as u64).wrapping_mul(by);
+        // Blocks of 2³ cells lie side by side: a query's eight meet few of them, and so few lines of the cache.
+        let word = |k: usize, by: u64| ((cell[k] >> 1) as u32 as u64).wrapping_mul(by);
         let mixed = word(0, 0x9e37_79b9_7f4a_7c15) ^ word(1, 0xc2b2_ae3d_27d4_eb4f) ^ word(2, 0x1656_67b1_9e37_79f9);
+        let block = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 32;
+        let within = (cell[0] & 1) | (cell[1] & 1) << 1 | (cell[2] & 1) << 2;
         let mask = self.slots.len() - 1;
-        let mut at = ((mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 32) as usize & mask;
+        let mut at = ((block << 3) as usize | within as usize) & mask;
         while self.slots[at].last != NONE && self.slots[at].cell != cell {
             at = (at + 1) & mask;
         }
@@ -56,9 +64,12 @@ impl Exclusion {
     /// Is no point nearer to `p` than the spacing?
     pub(super) fn is_free(&self, p: DVec3) -> bool {
         // A point within the spacing is within half a cell: no farther than the neighbour on the nearer side.
-        let base = (p * self.inverse - 0.5).floor();
-        let base = [base.x as i32, base.y as i32, base.z as i32];
-        (0..8).all(|corner| {
+        let scaled = p * self.inverse;
+        let (own, base) = (whole(scaled), whole(scaled - 0.5));
+        // The point's own cell first: most places that are taken are taken there.
+        let first = (0..3).fold(0, |bits, k| bits | ((own[k] - base[k]) << k));
+        (0..8).all(|k| {
+            let corner = k ^ first;
             let cell = std::array::from_fn(|k| base[k] + ((corner >> k) & 1));
             let mut k = self.slots[self.slot(cell)].last;
             while k != NONE {
@@ -75,8 +86,7 @@ impl Exclusion {
         if 2 * (self.cells + 1) > self.slots.len() {
             self.grow();
         }
-        let cell = (p * self.inverse).floor();
-        let cell = [cell.x as i32, cell.y as i32, cell.z as i32];
+        let cell = whole(p * self.inverse);
         let at = self.slot(cell);
         self.cells += usize::from(self.slots[at].last == NONE);
         self.before.push(self.slots[at].last);
@@ -84,7 +94,7 @@ impl Exclusion {
         self.points.push(p);
     }
     fn grow(&mut self) {
-        let size = 4 * self.slots.len();
+        let size = 2 * self.slots.len();
         let old = std::mem::replace(&mut self.slots, vec![Slot { cell: [0; 3], last: NONE }; size]);
         for slot in old.into_iter().filter(|slot| slot.last != NONE) {
             let at = self.slot(slot.cell);
