@@ -6,5 +6,6 @@ pub mod geology;
 pub mod implicit;
 pub mod landform;
 pub mod polygonize;
+pub mod recipe;
 pub mod stacks;
 mod turbulence;

@@ -43,6 +43,16 @@ impl Sigmoid {
         }
     }
 
+    /// Encloses the computed σ over depths in metres. It is T plus a number that is kept within ±T, so that no rounding takes
+    /// it out of [0, 2T]: the end is met exactly, and what is never above 2T is known to be.
+    pub fn enclose(self, x: Interval, radius: f64) -> Interval {
+        let range = self.value(x, Interval::point(radius));
+        match self {
+            Sigmoid::UnitFree => Interval::new(range.lo().max(0.0), range.hi().min(2.0 * THRESHOLD)),
+            Sigmoid::Paper => range,
+        }
+    }
+
     /// The largest slope of σ over depths `y` in units of R, 1/metre: [`Sigmoid::slope`]·(1 − y²) at the least |y|, 0 where
     /// |y| ≥ 1.
     pub fn steepness(self, y: Interval, radius: f64) -> f64 {

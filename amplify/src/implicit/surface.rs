@@ -126,7 +126,7 @@ impl Surface {
             if let Some(constant) = constant(below, self.radius) {
                 return constant;
             }
-            let range = self.sigmoid.value(below, radius);
+            let range = self.sigmoid.enclose(below, self.radius);
             let steep = Real::sqrt(one + dx.square() + dy.square()).hi();
             return DensityBounds {
                 range,
@@ -140,7 +140,7 @@ impl Surface {
         if let Some(constant) = constant(depth, self.radius) {
             return constant;
         }
-        let range = self.sigmoid.value(depth, radius);
+        let range = self.sigmoid.enclose(depth, self.radius);
         let steep = self.sigmoid.steepness(depth / radius, self.radius);
         let reach = depth.magnitude().min(self.radius);
         let share = (s / (one + s.square())).magnitude().min(0.5);

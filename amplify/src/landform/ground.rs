@@ -9,8 +9,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use terrain_model::noise::hash::mix;
 
-/// Candidates for each square of the spacing's side: with 8 a maximal set is missed by little.
-const CANDIDATES: f64 = 8.0;
+/// Candidates for each square of the spacing's side: with 12 a set is nine tenths as dense as a maximal one.
+const CANDIDATES: f64 = 12.0;
 /// Cells of the heightfield that are looked at together.
 const STRETCH: u32 = 32;
 
@@ -123,9 +123,9 @@ mod tests {
         let (flat, steep) =
             (count(&|p| p.x < 39.0) / (39.0 * 80.0), count(&|p| p.x > 41.0) / (39.0 * 80.0 * 5f64.sqrt()));
         assert!((flat / steep - 1.0).abs() < 0.1, "{flat} {steep}");
-        // As dense as random packings of disks get (0.547 of the plane), within a tenth.
+        // Disks placed at random cover 0.547 of the plane when no other fits.
         let covered = flat * std::f64::consts::PI;
-        assert!((0.49..0.56).contains(&covered), "{covered}");
+        assert!((0.9 * 0.54..0.56).contains(&covered), "{covered}");
         let nearest = all.iter().enumerate().flat_map(|(k, p)| all[..k].iter().map(|q| p.distance(*q)));
         assert!(nearest.fold(f64::INFINITY, f64::min) >= 2.0);
         assert!(all.iter().all(|p| p.z == 2.0 * (p.x - 40.0).max(0.0)));

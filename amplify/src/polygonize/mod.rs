@@ -328,19 +328,45 @@ impl<'a, F: Density> Polygonizer<'a, F> {
 
     /// Position and normal of the vertex on a crossed edge.
     fn vertex(&self, field: &F, at: [usize; 3], axis: usize, ends: [f64; 2], report: &mut Report) -> [DVec3; 2] {
-        let width = self.tolerance / self.lattice.spacing();
-        let root = bracket(ends, width, |share| field.value(self.lattice.on_edge(at, axis, share)));
-        if field.is_bare() {
-            report.lookups += root.values;
-        } else {
-            report.root_evaluations += root.values;
-        }
-        let p = self.lattice.on_edge(at, axis, root.share);
         let out = if ends[1] > THRESHOLD { -DVec3::AXES[axis] } else { DVec3::AXES[axis] };
+        let value = |share: f64| field.value(self.lattice.on_edge(at, axis, share));
+        let mut ends = ends;
+        let mut values = 0;
+        // An end on the border counts as air; only there can it be rock for the field.
+        if let Some(end) = self.border_end(at, axis) {
+            ends[end] = value(end as f64);
+            values = 1;
+        }
+        let rock = ends.map(|f| f > THRESHOLD);
+        let share = if rock[0] == rock[1] {
+            // Rock up to the border: the wall is there.
+            None
+        } else {
+            let root = bracket(ends, self.tolerance / self.lattice.spacing(), value);
+            values += root.values;
+            Some(root.share)
+        };
+        if field.is_bare() {
+            report.lookups += values;
+        } else {
+            report.root_evaluations += values;
+        }
+        let Some(share) = share else {
+            let end = self.border_end(at, axis).unwrap_or(0);
+            return [self.lattice.on_edge(at, axis, end as f64), out];
+        };
+        let p = self.lattice.on_edge(at, axis, share);
         report.gradients += 1;
         let normal = -field.sample(p).1;
-        // At a wall on the border f need not fall at all.
+        // At a crease ∇f is that of one side.
         [p, if normal.dot(out) > 0.0 { normal.normalize_or(out) } else { out }]
+    }
+
+    /// Which end of an edge is on the lattice's border; `None` when neither is.
+    fn border_end(&self, at: [usize; 3], axis: usize) -> Option<usize> {
+        let mut other = at;
+        other[axis] += 1;
+        [at, other].iter().position(|end| self.lattice.on_border(*end))
     }
 
     /// How many vertices have no change of sign of f − T within the tolerance along an edge of the lattice: 0, unless the

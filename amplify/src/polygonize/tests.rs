@@ -170,3 +170,22 @@ fn settings_that_make_no_sense_are_refused() {
     let lattice = Lattice::new(DVec3::ZERO, 1.0, [4; 3]).unwrap();
     assert!(Polygonizer::new(&ball(), lattice, 0.0).is_err() && Polygonizer::new(&ball(), lattice, f64::NAN).is_err());
 }
+
+#[test]
+fn bare_ground_within_the_walls_costs_look_ups_alone() {
+    use crate::implicit::heightfield::{Implicitisation, tests::waves};
+    use crate::implicit::surface::Distance;
+    let grid = waves();
+    let lattice = Lattice::new(DVec3::new(110.0, -10.0, -16.0), 1.0, [40, 40, 30]).unwrap();
+    let cost = |volume: &Volume| Polygonizer::new(volume, lattice, 0.01).unwrap().sparse().unwrap().1;
+    for distance in [Distance::Vertical, Distance::Normalised] {
+        let settings = Implicitisation { distance, ..Implicitisation::of(&grid, 4.0) };
+        let ground = settings.volume(&grid).unwrap();
+        let report = cost(&ground);
+        assert_eq!(report.evaluations(), 0, "{distance:?} {report:?}");
+        assert!(report.lookups > 0);
+        // Control: what stands on it is no look-up.
+        let on = Primitive { skeleton: Skeleton::Point([130.0, 10.0, 0.0]), radius: 6.0, energy: 1.0 };
+        assert!(cost(&Volume::Blend(vec![ground, Volume::Few([on].into())])).evaluations() > 100);
+    }
+}

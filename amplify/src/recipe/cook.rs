@@ -1,5 +1,6 @@
 //! Cooking: ground, then landform after landform, each placing primitives on the solid as it is.
 
+use super::interim::{accessibility, deepest, drainage_area, gradient, spread, stream_power};
 use super::{Entry, Landform, Pits, Recipe};
 use crate::brush::{Limits, Stroke, StrokeError};
 use crate::field::{Box3, Density};
@@ -11,10 +12,10 @@ use crate::implicit::surface::Surface;
 use crate::implicit::volume::Volume;
 use crate::landform::ParameterError;
 use crate::landform::canyon::Canyon;
+use crate::landform::ground::scatter;
 use crate::landform::hoodoo::{Habitat, Hoodoo};
 use crate::landform::karst::{Karst, KarstError};
 use crate::landform::raster::{bilinear, shaped};
-use crate::landform::ground::scatter;
 use crate::landform::shallow::{Shallow, Site};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -141,8 +142,7 @@ pub fn amplify(
     let geology = geology(&recipe.geology, pantry)?;
     let radius = recipe.radius.unwrap_or(2.0 * grid.spacing().max_element());
     let usual = Implicitisation::of(grid, radius);
-    let settings =
-        Implicitisation { floor: recipe.floor.unwrap_or(usual.floor), distance: recipe.distance, ..usual };
+    let settings = Implicitisation { floor: recipe.floor.unwrap_or(usual.floor), distance: recipe.distance, ..usual };
     let ground = settings.volume(grid)?;
     let Volume::Ground(surface, _) = &ground else { unreachable!("a raster is made ground") };
     let mut terrain = Terrain {
@@ -182,9 +182,8 @@ fn geology(name: &str, pantry: &mut dyn Pantry) -> Result<Geology, RecipeError> 
 }
 
 fn limits(k: usize, entry: &Entry, pantry: &mut dyn Pantry) -> Result<Limits, RecipeError> {
-    let mask = |name: &String| {
-        pantry.raster(name).map_err(|problem| RecipeError::Source { name: name.clone(), problem })
-    };
+    let mask =
+        |name: &String| pantry.raster(name).map_err(|problem| RecipeError::Source { name: name.clone(), problem });
     let region = entry.mask.as_ref().map(mask).transpose()?;
     let volume = entry.within.map(|(low, high)| Box3 { low: DVec3::from(low), high: DVec3::from(high) });
     match volume {
@@ -268,7 +267,13 @@ impl Terrain<'_> {
         erosion.erode(&site, stress, allowed, seed)
     }
 
-    fn karst(&self, karst: &Karst, pits: Option<Pits>, limits: &Limits, seed: u32) -> Result<Vec<Primitive>, KarstError> {
+    fn karst(
+        &self,
+        karst: &Karst,
+        pits: Option<Pits>,
+        limits: &Limits,
+        seed: u32,
+    ) -> Result<Vec<Primitive>, KarstError> {
         let karst = Karst { seed: mix(karst.seed, seed), ..karst.clone() };
         // Caves stay off the solid's own walls and floor.
         let [from, to] = self.surface.ground();

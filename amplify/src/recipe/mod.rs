@@ -3,9 +3,8 @@
 
 mod cook;
 mod file;
+mod interim;
 mod maps;
-#[cfg(test)]
-mod tests;
 
 pub use cook::{Amplified, Made, Pantry, RecipeError, amplify};
 pub use file::{Entry, FORMAT, Recipe, RecipeSyntax};

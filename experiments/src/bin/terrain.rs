@@ -8,8 +8,8 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 use terrain_experiments::scenes::SceneFileError;
 use terrain_experiments::verbs::{
-    VerbError, amplify::Amplify, bake::Bake, convert::Convert, diffuse::Diffuse, eval::Eval, generate::Generate, implicit::Implicit,
-    info::Info, mesh::Mesh, render::Render,
+    VerbError, amplify::Amplify, bake::Bake, convert::Convert, diffuse::Diffuse, eval::Eval, generate::Generate,
+    implicit::Implicit, info::Info, mesh::Mesh, render::Render,
 };
 
 /// Evaluates, describes, samples, meshes and draws terrain scenes, diffuses feature curves, makes solids, and converts

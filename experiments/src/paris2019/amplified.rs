@@ -147,11 +147,7 @@ impl Description {
             index: amplified.index,
             geology: amplified.geology,
             lattice,
-            camera: CameraPlacement {
-                eye: DVec3::from_array(eye),
-                target: DVec3::from_array(target),
-                field_of_view,
-            },
+            camera: CameraPlacement { eye: DVec3::from_array(eye), target: DVec3::from_array(target), field_of_view },
             generation_seconds: Some(seconds),
         })
     }
@@ -164,7 +160,11 @@ pub fn cave() -> Result<Scene, ExperimentError> {
     let Volume::Blend(parts) = &volume else { return Err(ExperimentError::failed("the cave is a blend")) };
     let Some(Volume::Primitives(index)) = parts.last() else { return Err(ExperimentError::failed("of an index")) };
     let index = index.clone();
-    let coverage = terrain_amplify::recipe::coverage(&index, [lattice.corner([0; 3]), lattice.corner(lattice.cells())].map(DVec3::truncate), lattice.spacing());
+    let coverage = terrain_amplify::recipe::coverage(
+        &index,
+        [lattice.corner([0; 3]), lattice.corner(lattice.cells())].map(DVec3::truncate),
+        lattice.spacing(),
+    );
     Ok(Scene {
         name: "benagil",
         caption: "Fig. 25: a sea cave with a hole in its roof, drawn by hand",

@@ -30,11 +30,7 @@ fn rise(a: f64, b: f64, x: f64) -> f64 {
 }
 
 /// The elevations of `height` over a square of `side` metres, samples `spacing` apart.
-fn raster(
-    side: f64,
-    spacing: f64,
-    height: impl Fn([f64; 2]) -> f64 + Sync,
-) -> Result<Grid<f32>, ExperimentError> {
+fn raster(side: f64, spacing: f64, height: impl Fn([f64; 2]) -> f64 + Sync) -> Result<Grid<f32>, ExperimentError> {
     let samples = (side / spacing).round() as usize + 1;
     let at = |k: usize| [(k % samples) as f64 * spacing, (k / samples) as f64 * spacing];
     let values = (0..samples * samples).into_par_iter().map(|k| height(at(k)) as f32).collect();
