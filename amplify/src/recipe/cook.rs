@@ -1,7 +1,7 @@
 //! Cooking: ground, then landform after landform, each placing primitives on the solid as it is.
 
 use super::interim::{accessibility, deepest, drainage_area, gradient, spread, stream_power};
-use super::{Entry, Landform, Pits, Recipe};
+use super::{Cliffs, Entry, Landform, Pits, Recipe};
 use crate::brush::{Limits, Stroke, StrokeError};
 use crate::field::{Box3, Density};
 use crate::geology::{Archetype, Geology, GeologyError, archetype};
@@ -224,9 +224,9 @@ impl Terrain<'_> {
                 let band = [heights.lo() - reach, heights.hi()];
                 self.erode(&canyon.erosion, band, limits, seed, |p| Canyon::stress(&map, p))
             }
-            Landform::Karst { percolation, pits } => {
+            Landform::Karst { percolation, pits, cliffs } => {
                 let problem = |problem| RecipeError::Karst { entry, problem };
-                self.karst(percolation, *pits, limits, seed).map_err(problem)?
+                self.karst(percolation, *pits, *cliffs, limits, seed).map_err(problem)?
             }
             Landform::Hoodoos { grammar, habitat, spacing } => self.hoodoos(grammar, habitat, *spacing, limits, seed),
             Landform::Brush(strokes) => self.brush(entry, strokes, limits)?,
@@ -271,6 +271,7 @@ impl Terrain<'_> {
         &self,
         karst: &Karst,
         pits: Option<Pits>,
+        cliffs: Option<Cliffs>,
         limits: &Limits,
         seed: u32,
     ) -> Result<Vec<Primitive>, KarstError> {
@@ -286,9 +287,18 @@ impl Terrain<'_> {
             p.z < height && limits.allow(p)
         };
         let found = pits.map_or_else(Vec::new, |pits| deepest(self.grid, pits));
-        let found: Vec<DVec3> = found.into_iter().filter(|&p| domain.contains(p) && limits.allow(p)).collect();
+        let steep = cliffs.map_or_else(Vec::new, |cliffs| self.cliffs(cliffs, &domain, seed));
+        let found = found.into_iter().chain(steep);
+        let found: Vec<DVec3> = found.filter(|&p| domain.contains(p) && limits.allow(p)).collect();
         let sites = karst.grow(&domain, inside, &found, |p| self.geology.value(p))?;
         Ok(karst.primitives(&sites))
+    }
+
+    /// Places of the ground that are as steep as cliffs.
+    fn cliffs(&self, Cliffs { slope, spacing }: Cliffs, domain: &Box3, seed: u32) -> Vec<DVec3> {
+        let gradient = gradient(self.grid);
+        let chance = |p: DVec3| f64::from(bilinear(&gradient, p.truncate()) >= slope);
+        scatter(&self.surface, domain, spacing, chance, seed)
     }
 
     fn hoodoos(&self, grammar: &Hoodoo, habitat: &Habitat, spacing: f64, limits: &Limits, seed: u32) -> Vec<Primitive> {

@@ -35,6 +35,9 @@ pub enum Landform {
         /// Pits of the terrain as sinks.
         #[serde(default)]
         pits: Option<Pits>,
+        /// Places on cliffs as sinks (Fig. 24).
+        #[serde(default)]
+        cliffs: Option<Cliffs>,
     },
     /// Spires (§6.3).
     Hoodoos {
@@ -69,6 +72,22 @@ impl Default for Pits {
     }
 }
 
+/// Which places on cliffs are sinks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Cliffs {
+    /// The least slope, metres of height per metre; 0 to 100.
+    pub slope: f64,
+    /// No two are nearer, metres; 0.1 to 10⁴.
+    pub spacing: f64,
+}
+
+impl Default for Cliffs {
+    fn default() -> Cliffs {
+        Cliffs { slope: 1.5, spacing: 100.0 }
+    }
+}
+
 impl Landform {
     /// Its name in recipes.
     pub fn name(&self) -> &'static str {
@@ -87,12 +106,14 @@ impl Landform {
         match self {
             Landform::Sea(sea) => sea.check(),
             Landform::Canyon(canyon) => canyon.check(),
-            Landform::Karst { percolation, pits } => {
+            Landform::Karst { percolation, pits, cliffs } => {
                 percolation.check()?;
-                let check = Check("pits");
                 let Pits { depth, most } = pits.unwrap_or_default();
-                check.within("depth", depth, [0.0, 1e5], "m")?;
-                check.within("most", most.into(), [1.0, 1e6], "pits")
+                Check("pits").within("depth", depth, [0.0, 1e5], "m")?;
+                Check("pits").within("most", most.into(), [1.0, 1e6], "pits")?;
+                let Cliffs { slope, spacing } = cliffs.unwrap_or_default();
+                Check("cliffs").within("slope", slope, [0.0, 100.0], "m/m")?;
+                Check("cliffs").within("spacing", spacing, [0.1, 1e4], "m")
             }
             Landform::Hoodoos { grammar, habitat, spacing } => {
                 grammar.check()?;

@@ -104,6 +104,29 @@ pub fn badlands(spacing: f64, seed: u32) -> Result<Grid<f32>, ExperimentError> {
     })
 }
 
+/// A bluff of 180 m with depressions on top (Fig. 24).
+pub fn bluff() -> Result<Grid<f32>, ExperimentError> {
+    let edge = Noise::new(80.0, 4, 0.5, 5);
+    let dips = Noise::new(34.0, 2, 0.5, 6);
+    raster(180.0, 1.0, |p| {
+        let inland = p[1] - 70.0 - 24.0 * edge.at(p);
+        let dip = 7.0 * rise(0.3, 0.6, dips.at(p)) * rise(12.0, 24.0, inland);
+        2.0 * edge.at(p) + (34.0 + 3.0 * edge.at([p[1], p[0]]) - dip) * rise(-5.0, 5.0, inland)
+    })
+}
+
+/// A cove of 180 m, sea level 0 (Fig. 1).
+pub fn cove() -> Result<Grid<f32>, ExperimentError> {
+    let edge = Noise::new(110.0, 5, 0.5, 9);
+    raster(180.0, 1.0, |p| {
+        let bay = 40.0 * libm::exp(-((p[0] - 110.0) / 34.0) * ((p[0] - 110.0) / 34.0));
+        let inland = p[1] - 70.0 - bay - 26.0 * edge.at(p);
+        let sea = -11.0 + 1.5 * edge.at([p[1], p[0]]);
+        let land = 20.0 + 5.0 * edge.at([p[1], p[0]]) + 0.06 * inland.max(0.0);
+        sea + (land - sea) * rise(-5.0, 5.0, inland)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

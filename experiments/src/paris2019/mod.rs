@@ -6,6 +6,7 @@ mod draw;
 mod figures;
 mod geology;
 mod instancing;
+mod landforms;
 mod landscapes;
 mod meshing;
 mod queries;
@@ -24,6 +25,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &instancing::EXPERIMENT,
     &meshing::EXPERIMENT,
     &stacks::EXPERIMENT,
+    &landforms::EXPERIMENT,
     &table1::EXPERIMENT,
     &tracing::EXPERIMENT,
 ];
