@@ -177,16 +177,17 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         std::array::from_fn(|axis| (low[axis] + side).min(cells[axis]))
     }
 
-    /// What of `field` is left over a box of cubes, unless that is all rock or all air.
-    fn undecided(&self, field: &F, low: [usize; 3], side: usize, report: &mut Report) -> Option<F> {
+    /// What of `field` is left over a box of cubes, and whether that is all rock: unless there is no surface in it.
+    fn undecided(&self, field: &F, low: [usize; 3], side: usize, report: &mut Report) -> Option<(F, bool)> {
         let cells = self.lattice.cells();
         let high = self.clipped(low, side);
         let at_border = (0..3).any(|axis| low[axis] == 0 || high[axis] == cells[axis]);
         let (bounds, rest) = field.narrow(&self.lattice.region(low, high));
         report.enclosures += 1;
         let range = bounds.range;
+        let rock = range.lo() > THRESHOLD;
         // Rock at the border still has a wall there.
-        (range.hi() > THRESHOLD && (range.lo() <= THRESHOLD || at_border)).then_some(rest)
+        (range.hi() > THRESHOLD && (!rock || at_border)).then_some((rest, rock))
     }
 
     /// The eighths of a box of cubes that are in the lattice.
@@ -211,7 +212,7 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         if (0..3).any(|axis| low[axis] + side <= from[axis] || low[axis] >= to[axis]) {
             return;
         }
-        let Some(field) = self.undecided(field, low, side, report) else { return };
+        let Some((field, _)) = self.undecided(field, low, side, report) else { return };
         if side > BLOCK {
             for at in self.eighths(low, side) {
                 self.descend(&field, at, side / 2, within, made, report);
@@ -226,9 +227,9 @@ impl<'a, F: Density> Polygonizer<'a, F> {
     /// The groups of cubes within a box that may hold the surface.
     fn groups(&self, field: &F, low: [usize; 3], side: usize, block: &mut Block) {
         for at in self.eighths(low, side) {
-            let Some(field) = self.undecided(field, at, side / 2, &mut block.report) else { continue };
+            let Some((field, rock)) = self.undecided(field, at, side / 2, &mut block.report) else { continue };
             if side / 2 == GROUP {
-                self.filled(&field, at, block);
+                self.filled(&field, rock, at, block);
             } else {
                 self.groups(&field, at, side / 2, block);
             }
@@ -242,7 +243,8 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         }
     }
 
-    fn filled(&self, field: &F, low: [usize; 3], block: &mut Block) {
+    /// The cubes of one group. Where all of it is `rock` only the lattice's border is left to be made a wall.
+    fn filled(&self, field: &F, rock: bool, low: [usize; 3], block: &mut Block) {
         const SIDE: usize = GROUP + 1;
         let high = self.clipped(low, GROUP);
         let mut axes = [[0.0; SIDE]; 3];
@@ -253,11 +255,15 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         let mut values = [0.0; SIDE * SIDE * SIDE];
         let values = &mut values[..counts.iter().product()];
         let [xs, ys, zs]: [&[f64]; 3] = std::array::from_fn(|axis| &axes[axis][..counts[axis]]);
-        field.fill([xs, ys, zs], values);
-        if field.is_bare() {
-            block.report.lookups += (counts[0] * counts[1]) as u64;
+        if rock {
+            values.fill(2.0 * THRESHOLD);
         } else {
-            block.report.corner_evaluations += values.len() as u64;
+            field.fill([xs, ys, zs], values);
+            if field.is_bare() {
+                block.report.lookups += (counts[0] * counts[1]) as u64;
+            } else {
+                block.report.corner_evaluations += values.len() as u64;
+            }
         }
         self.border(low, counts, values);
         let [nx, ny, _] = counts;
@@ -267,7 +273,7 @@ impl<'a, F: Density> Polygonizer<'a, F> {
                 for x in 0..nx - 1 {
                     let first = (z * ny + y) * nx + x;
                     let corner = |c: usize| values[first + near[c & 3][c >> 2]];
-                    self.cell(field, [low[0] + x, low[1] + y, low[2] + z], std::array::from_fn(corner), block);
+                    self.cell(field, rock, [low[0] + x, low[1] + y, low[2] + z], std::array::from_fn(corner), block);
                 }
             }
         }
@@ -295,7 +301,7 @@ impl<'a, F: Density> Polygonizer<'a, F> {
             for y in low[1]..high[1] {
                 for x in low[0]..high[0] {
                     let corner = |c: usize| value([x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)]);
-                    self.cell(field, [x, y, z], std::array::from_fn(corner), block);
+                    self.cell(field, false, [x, y, z], std::array::from_fn(corner), block);
                 }
             }
         }
@@ -303,7 +309,7 @@ impl<'a, F: Density> Polygonizer<'a, F> {
 
     /// The triangles of one cube, and the vertices on the three edges at its lowest corner: every crossed edge is that of
     /// the one cube whose lowest corner begins it.
-    fn cell(&self, field: &F, at: [usize; 3], corners: [f64; 8], block: &mut Block) {
+    fn cell(&self, field: &F, solid: bool, at: [usize; 3], corners: [f64; 8], block: &mut Block) {
         block.report.cells += 1;
         let mut rock = 0;
         for (c, f) in corners.iter().enumerate() {
@@ -315,7 +321,8 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         for axis in 0..3 {
             let other = 1 << axis;
             if (rock ^ (rock >> other)) & 1 == 1 {
-                let [position, normal] = self.vertex(field, at, axis, [corners[0], corners[other]], &mut block.report);
+                let ends = [corners[0], corners[other]];
+                let [position, normal] = self.vertex(field, solid, at, axis, ends, &mut block.report);
                 block.builder.vertex(at, axis, position, normal);
             }
         }
@@ -327,35 +334,37 @@ impl<'a, F: Density> Polygonizer<'a, F> {
     }
 
     /// Position and normal of the vertex on a crossed edge.
-    fn vertex(&self, field: &F, at: [usize; 3], axis: usize, ends: [f64; 2], report: &mut Report) -> [DVec3; 2] {
+    fn vertex(
+        &self,
+        field: &F,
+        solid: bool,
+        at: [usize; 3],
+        axis: usize,
+        ends: [f64; 2],
+        report: &mut Report,
+    ) -> [DVec3; 2] {
         let out = if ends[1] > THRESHOLD { -DVec3::AXES[axis] } else { DVec3::AXES[axis] };
         let value = |share: f64| field.value(self.lattice.on_edge(at, axis, share));
         let mut ends = ends;
         let mut values = 0;
         // An end on the border counts as air; only there can it be rock for the field.
         if let Some(end) = self.border_end(at, axis) {
+            // Rock up to the border: the wall is there.
+            let wall = [self.lattice.on_edge(at, axis, end as f64), out];
+            if solid {
+                return wall;
+            }
             ends[end] = value(end as f64);
             values = 1;
+            if ends[end] > THRESHOLD {
+                *(if field.is_bare() { &mut report.lookups } else { &mut report.root_evaluations }) += values;
+                return wall;
+            }
         }
-        let rock = ends.map(|f| f > THRESHOLD);
-        let share = if rock[0] == rock[1] {
-            // Rock up to the border: the wall is there.
-            None
-        } else {
-            let root = bracket(ends, self.tolerance / self.lattice.spacing(), value);
-            values += root.values;
-            Some(root.share)
-        };
-        if field.is_bare() {
-            report.lookups += values;
-        } else {
-            report.root_evaluations += values;
-        }
-        let Some(share) = share else {
-            let end = self.border_end(at, axis).unwrap_or(0);
-            return [self.lattice.on_edge(at, axis, end as f64), out];
-        };
-        let p = self.lattice.on_edge(at, axis, share);
+        let root = bracket(ends, self.tolerance / self.lattice.spacing(), value);
+        values += root.values;
+        *(if field.is_bare() { &mut report.lookups } else { &mut report.root_evaluations }) += values;
+        let p = self.lattice.on_edge(at, axis, root.share);
         report.gradients += 1;
         let normal = -field.sample(p).1;
         // At a crease ∇f is that of one side.
