@@ -3,6 +3,7 @@
 pub mod brush;
 pub mod field;
 pub mod geology;
+pub mod hydrology;
 pub mod implicit;
 pub mod landform;
 pub mod polygonize;
