@@ -17,8 +17,10 @@ use terrain_model::noise::hash;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tool {
     /// Adds rock.
+    #[serde(alias = "extrude")]
     Extrude,
     /// Takes rock away.
+    #[serde(alias = "intrude")]
     Intrude,
 }
 

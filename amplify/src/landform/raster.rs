@@ -19,7 +19,7 @@ pub fn bilinear(grid: &Grid<f32>, p: DVec2) -> f64 {
 ///
 /// # Panics
 /// When there are not as many.
-pub fn shaped<T>(like: &Grid<f32>, values: Vec<T>) -> Grid<T> {
+pub fn shaped<S, T>(like: &Grid<S>, values: Vec<T>) -> Grid<T> {
     let grid = Grid::new(like.origin(), like.spacing(), like.width(), like.height(), values);
     grid.expect("as many values over a place that exists")
 }

@@ -95,27 +95,16 @@ impl Shallow {
                 let last = all.iter().map(centre).collect::<Vec<_>>();
                 candidates = self.on_walls(&carved, &last[..], seed);
             }
-            let effective: Vec<(DVec3, f64)> = candidates
+            let within: Vec<(DVec3, f64)> = candidates
                 .par_iter()
                 .filter(|p| site.region.contains(**p) && allowed(**p))
-                .filter_map(|&p| {
-                    let sigma = stress(p);
-                    // The geology is the dear part of it, and no rock raises the effect above σ.
-                    if sigma < self.threshold {
-                        return None;
-                    }
-                    let attack = Attack { resistance: site.geology.value(p), stress: sigma };
-                    let effect = attack.effect(self.hardest);
-                    (effect >= self.threshold && effect > 0.0).then_some((p, effect))
-                })
+                .map(|&p| (p, stress(p)))
+                // No rock raises the effect above σ.
+                .filter(|&(_, sigma)| sigma >= self.threshold && sigma > 0.0)
                 .collect();
-            let made: Vec<Primitive> = thin(&effective, self.spacing, seed)
-                .into_iter()
-                .map(|(p, effect)| Primitive {
-                    skeleton: Skeleton::Point(p.to_array().map(|c| c as f32)),
-                    radius: self.radius as f32,
-                    energy: (-self.strength * effect) as f32,
-                })
+            let made: Vec<Primitive> = thin(&within, self.spacing, seed)
+                .into_par_iter()
+                .filter_map(|(p, sigma)| self.sphere(p, Attack { resistance: site.geology.value(p), stress: sigma }))
                 .collect();
             if made.is_empty() {
                 break;
@@ -128,6 +117,14 @@ impl Shallow {
             all.extend(made);
         }
         all
+    }
+
+    /// What carves at `p`; `None` below the threshold.
+    fn sphere(&self, p: DVec3, attack: Attack) -> Option<Primitive> {
+        let effect = attack.effect(self.hardest);
+        let skeleton = Skeleton::Point(p.to_array().map(|c| c as f32));
+        let energy = (-self.strength * effect) as f32;
+        (effect >= self.threshold && energy < 0.0).then_some(Primitive { skeleton, radius: self.radius as f32, energy })
     }
 
     /// Points where rays from `centres`, which are in the air, meet rock.

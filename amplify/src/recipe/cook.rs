@@ -1,10 +1,11 @@
 //! Cooking: ground, then landform after landform, each placing primitives on the solid as it is.
 
-use super::interim::{accessibility, deepest, drainage_area, gradient, spread, stream_power};
-use super::{Cliffs, Entry, Landform, Pits, Recipe};
+use super::water::{self, accessible};
+use super::{Cliffs, Entry, Landform, Recipe};
 use crate::brush::{Limits, Stroke, StrokeError};
 use crate::field::{Box3, Density};
 use crate::geology::{Archetype, Geology, GeologyError, archetype};
+use crate::hydrology::HydrologyError;
 use crate::implicit::heightfield::{HeightfieldError, Implicitisation};
 use crate::implicit::index::Index;
 use crate::implicit::primitive::Primitive;
@@ -74,6 +75,14 @@ pub enum RecipeError {
         entry: usize,
         /// Why.
         problem: KarstError,
+    },
+    /// The raster, as ground that water runs over.
+    #[error("landform {entry}: {problem}")]
+    Water {
+        /// Which of the recipe's landforms, from 1.
+        entry: usize,
+        /// What is wrong.
+        problem: HydrologyError,
     },
     /// A stroke.
     #[error("landform {entry}, stroke {stroke}: {problem}")]
@@ -211,24 +220,33 @@ impl Terrain<'_> {
         limits: &Limits,
         seed: u32,
     ) -> Result<Vec<Primitive>, RecipeError> {
+        let problem = |problem| RecipeError::Water { entry, problem };
         Ok(match landform {
             Landform::Sea(sea) => {
                 let band = [sea.level - sea.reach, sea.level + sea.reach];
-                let open = accessibility(self.grid, sea.openness);
+                let open = accessible(self.grid, sea).map_err(problem)?;
                 self.erode(&sea.erosion, band, limits, seed, |p| sea.stress(&open, p))
             }
             Landform::Canyon(canyon) => {
-                let map = spread(&canyon.bed(&stream_power(self.grid)), canyon.banks);
+                let bed = canyon.bed(&water::power(self.grid).map_err(problem)?);
+                let map = water::spread(&bed, canyon.banks).map_err(problem)?;
                 let heights = self.surface.elevations();
                 let reach = canyon.erosion.radius * f64::from(canyon.erosion.steps);
                 let band = [heights.lo() - reach, heights.hi()];
                 self.erode(&canyon.erosion, band, limits, seed, |p| Canyon::stress(&map, p))
             }
             Landform::Karst { percolation, pits, cliffs } => {
+                let found = pits.map_or_else(|| Ok(Vec::new()), |pits| water::deepest(self.grid, pits));
+                let mut found = found.map_err(problem)?;
+                if let Some(cliffs) = cliffs {
+                    found.extend(self.cliffs(*cliffs, seed).map_err(problem)?);
+                }
                 let problem = |problem| RecipeError::Karst { entry, problem };
-                self.karst(percolation, *pits, *cliffs, limits, seed).map_err(problem)?
+                self.karst(percolation, found, limits, seed).map_err(problem)?
             }
-            Landform::Hoodoos { grammar, habitat, spacing } => self.hoodoos(grammar, habitat, *spacing, limits, seed),
+            Landform::Hoodoos { grammar, habitat, spacing } => {
+                self.hoodoos(grammar, habitat, *spacing, limits, seed).map_err(problem)?
+            }
             Landform::Brush(strokes) => self.brush(entry, strokes, limits)?,
             Landform::Arch(arch) => {
                 let stroke = arch.stroke().map_err(|problem| RecipeError::Parameter { entry, problem })?;
@@ -270,8 +288,7 @@ impl Terrain<'_> {
     fn karst(
         &self,
         karst: &Karst,
-        pits: Option<Pits>,
-        cliffs: Option<Cliffs>,
+        starts: Vec<DVec3>,
         limits: &Limits,
         seed: u32,
     ) -> Result<Vec<Primitive>, KarstError> {
@@ -286,23 +303,29 @@ impl Terrain<'_> {
             let [height, _] = self.surface.column::<f64>([p.x, p.y]);
             p.z < height && limits.allow(p)
         };
-        let found = pits.map_or_else(Vec::new, |pits| deepest(self.grid, pits));
-        let steep = cliffs.map_or_else(Vec::new, |cliffs| self.cliffs(cliffs, &domain, seed));
-        let found = found.into_iter().chain(steep);
-        let found: Vec<DVec3> = found.filter(|&p| domain.contains(p) && limits.allow(p)).collect();
+        let found: Vec<DVec3> = starts.into_iter().filter(|&p| domain.contains(p) && limits.allow(p)).collect();
         let sites = karst.grow(&domain, inside, &found, |p| self.geology.value(p))?;
         Ok(karst.primitives(&sites))
     }
 
     /// Places of the ground that are as steep as cliffs.
-    fn cliffs(&self, Cliffs { slope, spacing }: Cliffs, domain: &Box3, seed: u32) -> Vec<DVec3> {
-        let gradient = gradient(self.grid);
+    fn cliffs(&self, Cliffs { slope, spacing }: Cliffs, seed: u32) -> Result<Vec<DVec3>, HydrologyError> {
+        let gradient = water::gradient(self.grid)?;
+        let heights = self.surface.elevations();
+        let everywhere = self.region([heights.lo(), heights.hi()], &Limits::default());
         let chance = |p: DVec3| f64::from(bilinear(&gradient, p.truncate()) >= slope);
-        scatter(&self.surface, domain, spacing, chance, seed)
+        Ok(scatter(&self.surface, &everywhere, spacing, chance, seed))
     }
 
-    fn hoodoos(&self, grammar: &Hoodoo, habitat: &Habitat, spacing: f64, limits: &Limits, seed: u32) -> Vec<Primitive> {
-        let (area, slope) = (drainage_area(self.grid), gradient(self.grid));
+    fn hoodoos(
+        &self,
+        grammar: &Hoodoo,
+        habitat: &Habitat,
+        spacing: f64,
+        limits: &Limits,
+        seed: u32,
+    ) -> Result<Vec<Primitive>, HydrologyError> {
+        let (area, slope) = (water::area(self.grid)?, water::gradient(self.grid)?);
         let grammar = Hoodoo { seed: mix(grammar.seed, seed), ..grammar.clone() };
         let band = self.surface.elevations();
         let region = self.region([band.lo(), band.hi()], limits);
@@ -310,13 +333,14 @@ impl Terrain<'_> {
             let at = p.truncate();
             if limits.allow(p) { habitat.probability(bilinear(&area, at), bilinear(&slope, at), 1.0) } else { 0.0 }
         };
-        scatter(&self.surface, &region, spacing, chance, seed)
-            .into_iter()
-            .flat_map(|foot| {
+        let spires: Vec<Vec<Primitive>> = scatter(&self.surface, &region, spacing, chance, seed)
+            .into_par_iter()
+            .map(|foot| {
                 let symbols = grammar.derive(foot, |p| self.geology.value(p)).expect("checked before");
                 grammar.primitives(&symbols)
             })
-            .collect()
+            .collect();
+        Ok(spires.concat())
     }
 
     fn brush(&self, entry: usize, strokes: &[Stroke], limits: &Limits) -> Result<Vec<Primitive>, RecipeError> {

@@ -44,7 +44,11 @@ impl Amplified {
         let (mut touched, mut step) = (Box3::EMPTY, f64::INFINITY);
         for k in self.index.among(&column) {
             let one = &self.index.primitives()[k as usize];
-            touched = touched.hull(&one.support());
+            let support = one.support();
+            if !one.meets(&Box3 { low: p.with_z(support.low.z), high: p.with_z(support.high.z) }) {
+                continue;
+            }
+            touched = touched.hull(&support);
             step = step.min(0.5 * f64::from(one.radius));
         }
         if touched.is_empty() {

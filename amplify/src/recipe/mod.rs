@@ -3,8 +3,10 @@
 
 mod cook;
 mod file;
-mod interim;
 mod maps;
+#[cfg(test)]
+mod tests;
+mod water;
 
 pub use cook::{Amplified, Made, Pantry, RecipeError, amplify};
 pub use file::{Entry, FORMAT, Recipe, RecipeSyntax};

@@ -364,7 +364,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
 /// The rock along caves against the rock they grew in: in standard deviations of it, for strata and for constant rock.
 fn strata(ctx: &Context, outcome: &mut Outcome, wrong: &mut Vec<String>) -> Result<(), ExperimentError> {
     let (ground, karst, _) = percolation(ctx.seed as u32)?;
-    let karst = Karst { sites: 3000, ..karst };
+    let karst = Karst { sites: 600, ..karst };
     let domain = Box3::new(DVec3::new(5.0, 5.0, 0.0), DVec3::new(55.0, 55.0, 44.0));
     let rock = level_strata()?;
     let inside = |p: DVec3| ground.value(p) > THRESHOLD;
@@ -455,7 +455,8 @@ fn rules(ctx: &Context, outcome: &mut Outcome, wrong: &mut Vec<String>) -> Resul
     outcome.metric("grammar.mean_symbols", mean)?;
     outcome.metric("grammar.mean_symbols_formula", formula)?;
     let longest = lengths.iter().copied().max().unwrap_or(0).min(60);
-    let counts = (1..=longest).map(|n| (n as f64, lengths.iter().filter(|l| **l == n).count() as f64)).collect();
+    let counts: Vec<_> =
+        (1..=longest).map(|n| (n as f64, lengths.iter().filter(|l| **l == n).count() as f64)).collect();
     let plot = Plot::new("lengths", "Symbols of a spire", Axis::linear("symbols"), Axis::linear("spires"));
     outcome.plot(plot.series("spires", Style::LineAndPoints, counts))?;
     // χ² of 1 + 2 degrees of freedom exceeds 21.1 once in 10⁴.

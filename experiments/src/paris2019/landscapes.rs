@@ -68,7 +68,8 @@ pub fn plateau(spacing: f64, seed: u32) -> Result<Grid<f32>, ExperimentError> {
         // Two walls with a ledge between them.
         let wall = 0.6 * rise(-60.0, 60.0, inland) + 0.4 * rise(220.0, 310.0, inland);
         let low = 210.0 + 120.0 * valley.at(p) + 0.05 * p[1];
-        let dip = rise(0.35, 0.62, sinks.at(p)) * rise(330.0, 520.0, inland);
+        let near = rise(322.0, 360.0, inland) * (1.0 - rise(520.0, 760.0, inland));
+        let dip = rise(0.3, 0.6, sinks.at(p)) * near;
         let high = 1_060.0 + 90.0 * hills.at(p) - 38.0 * dip;
         low + (high - low) * wall
     })
