@@ -6,5 +6,6 @@ pub mod geology;
 pub mod hydrology;
 pub mod implicit;
 pub mod polygonize;
+pub mod sampling;
 pub mod stacks;
 mod turbulence;

@@ -1,6 +1,8 @@
 //! Water on a heightfield (Paris 2019 §6.1): depressions filled, drainage areas, slopes, stream power, pits, banks, and the
 //! accessibility that the sea's stress is made of. Rasters are in metres; rows run from south to north.
 
+pub mod accessibility;
+pub mod banks;
 pub mod fill;
 pub mod flow;
 mod padded;
