@@ -80,87 +80,124 @@ pub fn sample<const D: usize>(region: &impl Region<D>, seed: u32) -> Result<Pois
     if cells > MOST {
         return Err(SamplingError::Many { cells });
     }
-    let sides: [f64; D] = std::array::from_fn(|k| (high[k] - low[k]) / counts[k]);
-    let mut open: Vec<[u32; D]> = (0..cells as usize)
-        .into_par_iter()
-        .map(|mut n| {
-            counts.map(|count| {
-                let index = n % count as usize;
-                n /= count as usize;
-                index as u32
-            })
+    let sides = std::array::from_fn(|k| (high[k] - low[k]) / counts[k]);
+    let all = (0..cells as usize).into_par_iter().map(|mut n| {
+        counts.map(|count| {
+            let index = n % count as usize;
+            n /= count as usize;
+            index as u32
         })
-        .collect();
-    let mut taken = Exclusion::new(2.0 * most);
-    let mut distances: Vec<f64> = Vec::new();
+    });
     // As many as shrink cells to the smallest distance and some more, while 32 bits can number the cells of a row.
     let longest = counts.iter().copied().fold(0.0, f64::max);
     let halvings = |from: f64, to: f64| (0..32).take_while(|&k| from >= to * f64::from(1u32 << k)).count() as u32;
     let rounds = (halvings(most, least) + ROUNDS).min(halvings(4_294_967_295.0, longest) - 1);
+    let mut throw = Throw { region, low, sides, most, least, taken: Exclusion::new(2.0 * most), distances: Vec::new() };
+    let mut open: Vec<Cell<D>> = all.map(|index| Cell { round: 0, index }).collect();
     for round in 0..=rounds {
-        let scale = f64::from(1u32 << round);
-        let corner = |cell: [u32; D], ahead: u32| -> [f64; D] {
-            std::array::from_fn(|k| low[k] + f64::from(cell[k] + ahead) / scale * sides[k])
-        };
-        let box_of = |cell: [u32; D]| region.enclose(corner(cell, 0), corner(cell, 1));
-        open = open
+        let hashes = Hashes::new(seed, round);
+        let thrown: Vec<(Cell<D>, Option<Dart>)> = open
             .into_par_iter()
-            .filter(|&cell| box_of(cell).is_some_and(|within| !covered(region, &taken, &distances, most, &within)))
-            .collect();
-        if open.is_empty() {
-            break;
-        }
-        let keys: [Keys; D] = std::array::from_fn(|k| Keys::new(mix(mix(seed, round), k as u32)));
-        let order = Keys::new(mix(mix(seed, round), D as u32));
-        let darts: Vec<Dart> = open
-            .par_iter()
-            .filter_map(|&cell| {
-                let at = |keys: &Keys| keys.point3(cell[0], cell[1], *cell.get(2).unwrap_or(&0));
-                let u = std::array::from_fn(|k| {
-                    let part = (f64::from(at(&keys[k])) + 0.5) / 4_294_967_296.0;
-                    low[k] + (f64::from(cell[k]) + part) / scale * sides[k]
-                });
-                let place = region.place(u);
-                let distance = region.distance(place).filter(|d| !d.is_nan())?.clamp(least, most);
-                let close = |k: usize| place.distance_squared(taken.points()[k]) < square(distance.max(distances[k]));
-                let free = taken.find_within(place, most, close).is_none();
-                free.then_some(Dart { place, distance, priority: at(&order) })
+            .flat_map_iter(|cell| {
+                let parts = if round == 0 { vec![cell] } else { cell.parts() };
+                throw.at(&cell, parts, &hashes)
             })
             .collect();
+        open = thrown.iter().map(|thrown| thrown.0).collect();
+        let darts: Vec<Dart> = thrown.into_iter().filter_map(|thrown| thrown.1).collect();
         for k in accepted(&darts, most) {
-            taken.insert(darts[k].place);
-            distances.push(darts[k].distance);
-        }
-        if round < rounds {
-            open = open.into_par_iter().flat_map_iter(children).collect();
+            throw.taken.insert(darts[k].place);
+            throw.distances.push(darts[k].distance);
         }
     }
-    let scale = f64::from(1u32 << rounds);
-    let open = open.len() as f64 / counts.iter().map(|count| count * scale).product::<f64>();
-    Ok(Poisson { points: taken.points().to_vec(), distances, open })
+    let last = counts.iter().map(|count| count * f64::from(1u32 << rounds)).product::<f64>();
+    let Throw { taken, distances, .. } = throw;
+    Ok(Poisson { points: taken.points().to_vec(), distances, open: open.len() as f64 / last })
+}
+
+/// A box of parameters: the one of the lattice that is `index` after `round` halvings.
+#[derive(Clone, Copy)]
+struct Cell<const D: usize> {
+    round: u32,
+    index: [u32; D],
+}
+
+impl<const D: usize> Cell<D> {
+    /// Its halves along all axes.
+    fn parts(&self) -> Vec<Cell<D>> {
+        let part = |n: u32| std::array::from_fn(|k| 2 * self.index[k] + (n >> k & 1));
+        (0..1u32 << D).map(|n| Cell { round: self.round + 1, index: part(n) }).collect()
+    }
+}
+
+/// The hashes of a round: a position along each axis, and a priority.
+struct Hashes<const D: usize> {
+    axes: [Keys; D],
+    priority: Keys,
+}
+
+impl<const D: usize> Hashes<D> {
+    fn new(seed: u32, round: u32) -> Hashes<D> {
+        let keys = |k: usize| Keys::new(mix(mix(seed, round), k as u32));
+        Hashes { axes: std::array::from_fn(keys), priority: keys(D) }
+    }
+}
+
+/// What a round knows: the region, its lattice, and the points of earlier rounds.
+struct Throw<'a, R, const D: usize> {
+    region: &'a R,
+    low: [f64; D],
+    sides: [f64; D],
+    most: f64,
+    least: f64,
+    taken: Exclusion,
+    distances: Vec<f64>,
+}
+
+impl<R: Region<D>, const D: usize> Throw<'_, R, D> {
+    /// Parameters `ahead` of a cell's low corner, in shares of its sides.
+    fn parameters(&self, cell: &Cell<D>, ahead: [f64; D]) -> [f64; D] {
+        let scale = f64::from(1u32 << cell.round);
+        std::array::from_fn(|k| self.low[k] + (f64::from(cell.index[k]) + ahead[k]) / scale * self.sides[k])
+    }
+    fn enclose(&self, cell: &Cell<D>) -> Option<Box3> {
+        self.region.enclose(self.parameters(cell, [0.0; D]), self.parameters(cell, [1.0; D]))
+    }
+    /// The `parts` of a cell that are open, each with its dart where that is far enough from all points.
+    fn at(&self, cell: &Cell<D>, parts: Vec<Cell<D>>, hashes: &Hashes<D>) -> Vec<(Cell<D>, Option<Dart>)> {
+        let Some(whole) = self.enclose(cell) else { return Vec::new() };
+        // Points that any place in the cell can be too close to; a little more, for the rounding of places.
+        let (middle, half) = (0.5 * (whole.low + whole.high), 0.5 * (whole.high - whole.low));
+        let slack = 1e-9 * self.most + 1e-12 * middle.abs().max_element();
+        let mut near = Vec::new();
+        self.taken.each_within(middle, self.most + half.length() + slack, |k| {
+            near.push((self.taken.points()[k], self.distances[k]));
+        });
+        let mut open = Vec::new();
+        for part in parts {
+            let Some(within) = self.enclose(&part) else { continue };
+            let least = self.region.least_distance(&within);
+            // In the disk of one point nothing can be added: it would be too close to that point.
+            let holds = |(p, d): &(DVec3, f64)| within.distance_squared(*p).hi() < square(d.max(least));
+            if !near.iter().any(holds) {
+                open.push((part, self.dart(&part, &near, hashes)));
+            }
+        }
+        open
+    }
+    fn dart(&self, cell: &Cell<D>, near: &[(DVec3, f64)], hashes: &Hashes<D>) -> Option<Dart> {
+        let [x, y, z] = std::array::from_fn(|k| *cell.index.get(k).unwrap_or(&0));
+        let share = |k: usize| (f64::from(hashes.axes[k].point3(x, y, z)) + 0.5) / 4_294_967_296.0;
+        let place = self.region.place(self.parameters(cell, std::array::from_fn(share)));
+        let distance = self.region.distance(place).filter(|d| !d.is_nan())?.clamp(self.least, self.most);
+        let close = |(p, d): &(DVec3, f64)| place.distance_squared(*p) < square(distance.max(*d));
+        let priority = hashes.priority.point3(x, y, z);
+        (!near.iter().any(close)).then_some(Dart { place, distance, priority })
+    }
 }
 
 fn square(x: f64) -> f64 {
     x * x
-}
-
-/// The halves of a cell along all axes.
-fn children<const D: usize>(cell: [u32; D]) -> impl Iterator<Item = [u32; D]> {
-    (0..1u32 << D).map(move |part| std::array::from_fn(|k| 2 * cell[k] + (part >> k & 1)))
-}
-
-/// Does the disk of one point hold all of a box? Anything in it would be too close to that point.
-fn covered<const D: usize>(
-    region: &impl Region<D>,
-    taken: &Exclusion,
-    distances: &[f64],
-    most: f64,
-    within: &Box3,
-) -> bool {
-    let least = region.least_distance(within);
-    let middle = 0.5 * (within.low + within.high);
-    let holds = |k: usize| within.distance_squared(taken.points()[k]).hi() < square(distances[k].max(least));
-    taken.find_within(middle, most, holds).is_some()
 }
 
 /// The darts that processing all by decreasing priority would accept, in the order given.

@@ -2,7 +2,7 @@
 //! answers depend neither on the order in which they came nor on the size of the table.
 
 use glam::DVec3;
-use terrain_model::noise::hash::{finish, mix};
+use terrain_model::noise::hash::finish;
 
 /// Points, found by where they are.
 #[derive(Clone, Debug)]
@@ -57,18 +57,18 @@ impl Exclusion {
     pub fn find_within(&self, p: DVec3, r: f64, mut choose: impl FnMut(usize) -> bool) -> Option<usize> {
         let (low, high) = (self.cube(p - DVec3::splat(r)), self.cube(p + DVec3::splat(r)));
         let count = (0..3).map(|k| high[k] as f64 - low[k] as f64 + 1.0).product::<f64>();
-        let mut near = |k: usize| self.points[k].distance_squared(p) < r * r && choose(k);
+        let close = |k: usize| self.points[k].distance_squared(p) < r * r;
         // Fewer points than cubes: look at the points.
         if count > self.points.len() as f64 {
-            return (0..self.points.len()).find(|&k| near(k));
+            return (0..self.points.len()).find(|&k| close(k) && choose(k));
         }
         for z in low[2]..=high[2] {
             for y in low[1]..=high[1] {
                 for x in low[0]..=high[0] {
                     let mut k = self.heads[self.chain_of([x, y, z])];
                     while k != END {
-                        // Cubes share chains; a point is met in its own alone.
-                        if self.cube(self.points[k as usize]) == [x, y, z] && near(k as usize) {
+                        // Cubes share chains; a point is met in its own alone. That test is the dearer one.
+                        if close(k as usize) && self.cube(self.points[k as usize]) == [x, y, z] && choose(k as usize) {
                             return Some(k as usize);
                         }
                         k = self.next[k as usize];
@@ -90,7 +90,8 @@ impl Exclusion {
     }
     fn chain_of(&self, cube: [i64; 3]) -> usize {
         let [x, y, z] = cube.map(|c| c as u32);
-        finish(mix(x, y) ^ z.wrapping_mul(0x85eb_ca6b)) as usize & (self.heads.len() - 1)
+        let word = x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca6b) ^ z.wrapping_mul(0xc2b2_ae35);
+        finish(word) as usize & (self.heads.len() - 1)
     }
 }
 
