@@ -8,5 +8,6 @@ pub mod implicit;
 pub mod landform;
 pub mod polygonize;
 pub mod recipe;
+pub mod sampling;
 pub mod stacks;
 mod turbulence;

@@ -12,7 +12,7 @@ use terrain_model::grid::Grid;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Canyon {
-    /// √A·s of a stress of 1, metres, from a drainage area A in m² and a slope s: a river of 10⁵ m² on a slope of 0.1 has
+    /// √A·s of a stress of 1, metres, from a drainage area A in m² and the sine s of a slope: a river of 10⁵ m² on a slope of 0.1 has
     /// 32 m; 10⁻³ to 10⁶.
     pub full_power: f64,
     /// Stress below which there is no river; 0 to 1.

@@ -39,7 +39,7 @@ pub const DESCRIPTIONS: [Description; 4] = [
         ground: landscapes::coast,
         recipe: include_str!("recipes/sea.ron"),
         cells: [2000, 2000, 33],
-        camera: ([2_350.0, 1_750.0, 190.0], [2_900.0, 2_900.0, 0.0], 0.5),
+        camera: ([2_620.0, 2_300.0, 60.0], [2_900.0, 2_900.0, 5.0], 0.5),
     },
     Description {
         name: "karst",
@@ -48,7 +48,7 @@ pub const DESCRIPTIONS: [Description; 4] = [
         ground: landscapes::plateau,
         recipe: include_str!("recipes/karst.ron"),
         cells: [1520, 1520, 447],
-        camera: ([2_000.0, 200.0, 1_500.0], [2_600.0, 2_700.0, 600.0], 0.6),
+        camera: ([2_350.0, 1_350.0, 1_000.0], [2_650.0, 2_500.0, 620.0], 0.5),
     },
     Description {
         name: "canyon",
