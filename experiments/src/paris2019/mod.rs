@@ -1,9 +1,11 @@
 //! Paris et al. 2019: one module per table, figure or claim.
 
 pub mod benagil;
+mod drainage;
 mod draw;
 mod figures;
 mod geology;
+mod hydrology;
 mod instancing;
 mod meshing;
 mod queries;
@@ -22,4 +24,5 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &meshing::EXPERIMENT,
     &stacks::EXPERIMENT,
     &tracing::EXPERIMENT,
+    &hydrology::EXPERIMENT,
 ];
