@@ -40,8 +40,8 @@ pub struct Poisson {
     pub open: f64,
 }
 
-/// Cells to begin with.
-const MOST: f64 = 2e8;
+/// Cells to begin with, each about 100 bytes of a round.
+const MOST: f64 = 2e7;
 /// Rounds after cells are as small as the smallest distance: what stays open halves about every round.
 const ROUNDS: u32 = 14;
 
