@@ -3,7 +3,8 @@
 //!
 //! The surface is its samples. A ball that touches at p along the normal n and whose radius is r leaves out a sample q exactly
 //! when 2r·n·(q − p) ≤ ‖q − p‖², so the radius is the least ‖q − p‖² / 2n·(q − p) over the samples above the tangent plane. Balls
-//! of smaller radius lie in those of larger, so a block of samples that is outside of the ball so far stays outside.
+//! of smaller radius lie in those of larger, so a block of samples that is outside of the ball so far stays outside. Blocks lie
+//! under planes that follow the slope of the ground: a hillside as such is in no ball's way.
 
 use super::HydrologyError;
 use super::padded::{Elevation, Padded};
@@ -41,7 +42,7 @@ pub fn accessibility_where<T: Elevation>(
     let (spacing, width, height) = (surface.spacing(), surface.width(), surface.height());
     // As high as the largest ball is wide, or the raster, whichever is less.
     let samples = (2.0 * radius / spacing.min_element()).min(width.max(height) as f64);
-    let pyramid = Pyramid::new(surface, samples);
+    let pyramid = Pyramid::new(&raster, spacing, samples);
     let mut values = vec![f64::NAN; width * height];
     values.par_chunks_mut(width).enumerate().for_each(|(j, row)| {
         let mut stack = Vec::new();
@@ -56,6 +57,9 @@ pub fn accessibility_where<T: Elevation>(
     });
     Ok(surface.with_values(values, Some(f64::NAN)).expect("a value for each sample of the surface"))
 }
+
+/// Tests for what is clear of a ball are made with one a little larger: rounding must not lose a sample that just touches.
+const SLACK: f64 = 1.0 + 1e-9;
 
 /// A ball that touches the surface at a sample.
 #[derive(Clone, Copy)]
@@ -82,50 +86,58 @@ impl Ball {
         let above = 2.0 * self.normal.dot(d);
         if above > 0.0 { d.length_squared() / above } else { f64::INFINITY }
     }
-    /// Could a sample in the block that spans columns and rows `low` to `high` and is nowhere above `top` be in it?
-    fn meets(&self, low: [usize; 2], high: [usize; 2], top: f64, spacing: DVec2) -> bool {
-        let (low, high) = (
-            self.towards(low[0], low[1], 0.0, spacing).truncate(),
-            self.towards(high[0], high[1], 0.0, spacing).truncate(),
-        );
-        // A little larger than it is: rounding must not lose a sample that just touches.
-        const SLACK: f64 = 1.0 + 1e-9;
-        let radius = self.radius * SLACK;
-        let centre = self.normal * self.radius;
-        let aside = (low - centre.truncate()).max(centre.truncate() - high).max(DVec2::ZERO).length_squared();
-        let reach = radius * radius - aside;
-        reach > 0.0 && top - self.elevation + (radius - self.radius) > centre.z - reach.sqrt()
+    /// Could a sample be in it that lies in the block of columns and rows `low` to `high` under `roof`?
+    ///
+    /// A sample is where 2r·n·d > ‖d‖², and n·d is at most what the roof has at a corner, ‖d‖ at least the distance across.
+    fn meets(&self, low: [usize; 2], high: [usize; 2], roof: &Roof, spacing: DVec2) -> bool {
+        let near = self.towards(low[0], low[1], roof.elevation, spacing);
+        let far = self.towards(high[0], high[1], roof.elevation, spacing).truncate();
+        let size = far - near.truncate();
+        // n·d is linear on the roof: the largest at a corner is the one at the first corner and what each side adds.
+        let rise = self.normal.truncate() + self.normal.z * roof.slope;
+        let above = self.normal.dot(near) + (rise * size).max(DVec2::ZERO).element_sum();
+        let across = near.truncate().max(-far).max(DVec2::ZERO).length_squared();
+        2.0 * above * (self.radius * SLACK) > across
     }
 }
 
-/// Largest known elevations of blocks of 2, 4, 8 … samples a side.
+/// Known samples of a block are at or below `elevation` + `slope` · (their place − that of its south-west sample).
+#[derive(Clone, Copy)]
+struct Roof {
+    elevation: f64,
+    slope: DVec2,
+}
+
+/// Roofs of blocks of [`LEAF`] samples a side, and of 2, 4, 8 … times as many.
 struct Pyramid {
     levels: Vec<Level>,
 }
 
 struct Level {
+    /// Blocks from west to east.
     width: usize,
-    tops: Vec<f64>,
+    roofs: Vec<Roof>,
 }
+
+/// Binary logarithm of the samples along a side of the smallest blocks: all their samples are read.
+const LEAF: usize = 2;
 
 impl Pyramid {
     /// Levels until a block is `samples` wide.
-    fn new<T: Elevation>(surface: &Grid<T>, samples: f64) -> Pyramid {
-        let known = |z: Option<T>| z.map_or(f64::NEG_INFINITY, T::to_f64);
-        let base = surface.map(None, known);
-        let mut levels = vec![Level { width: surface.width(), tops: base.into_values() }];
-        while ((1u64 << (levels.len() - 1)) as f64) < samples {
-            let below = levels.last().expect("the base is a level");
-            let height = below.tops.len() / below.width;
-            let width = below.width.div_ceil(2);
-            let mut tops = vec![f64::NEG_INFINITY; width * height.div_ceil(2)];
-            for (k, &top) in below.tops.iter().enumerate() {
-                let block = &mut tops[k / below.width / 2 * width + k % below.width / 2];
-                *block = block.max(top);
+    fn new(raster: &Padded<f64>, spacing: DVec2, samples: f64) -> Pyramid {
+        let (width, height) = (raster.width(), raster.values.len() / raster.stride - 2);
+        let mut levels = Vec::new();
+        let mut scale = LEAF;
+        loop {
+            let across = width.div_ceil(1 << scale);
+            let blocks = across * height.div_ceil(1 << scale);
+            let roof = |k: usize| roof(raster, spacing, [(k % across) << scale, (k / across) << scale], 1 << scale);
+            levels.push(Level { width: across, roofs: (0..blocks).into_par_iter().map(roof).collect() });
+            if (1u64 << scale) as f64 >= samples {
+                return Pyramid { levels };
             }
-            levels.push(Level { width, tops });
+            scale += 1;
         }
-        Pyramid { levels }
     }
 
     /// `ball` made so small that no sample is in it.
@@ -134,7 +146,10 @@ impl Pyramid {
         let z = |i: usize, j: usize| raster.values[(j + 1) * raster.stride + i + 1];
         let visit = |ball: &mut Ball, i: usize, j: usize| {
             let d = ball.towards(i, j, z(i, j), spacing);
-            ball.radius = ball.radius_at(d).min(ball.radius);
+            // Most are clear of the ball and need no division; a little more, for rounding.
+            if 2.0 * ball.normal.dot(d) * (ball.radius * SLACK) > d.length_squared() {
+                ball.radius = ball.radius_at(d).min(ball.radius);
+            }
         };
         // Neighbours first: they often make it small at once.
         for j in ball.row.saturating_sub(1)..(ball.row + 2).min(height) {
@@ -143,9 +158,10 @@ impl Pyramid {
             }
         }
         let top = self.levels.len() - 1;
+        let wide = top + LEAF;
         let reach = |from: usize, spacing: f64, end: usize| {
             let cells = (2.0 * ball.radius / spacing).min(end as f64) as usize + 1;
-            (from.saturating_sub(cells) >> top, (from + cells).min(end - 1) >> top)
+            (from.saturating_sub(cells) >> wide, (from + cells).min(end - 1) >> wide)
         };
         let ((west, east), (south, north)) = (reach(ball.column, spacing.x, width), reach(ball.row, spacing.y, height));
         for j in south..=north {
@@ -153,13 +169,13 @@ impl Pyramid {
         }
         while let Some([level, i, j]) = stack.pop() {
             let blocks = &self.levels[level];
-            let low = [i << level, j << level];
-            let high = [((i + 1) << level).min(width) - 1, ((j + 1) << level).min(height) - 1];
-            if !ball.meets(low, high, blocks.tops[j * blocks.width + i], spacing) {
+            let scale = level + LEAF;
+            let low = [i << scale, j << scale];
+            let high = [((i + 1) << scale).min(width) - 1, ((j + 1) << scale).min(height) - 1];
+            if !ball.meets(low, high, &blocks.roofs[j * blocks.width + i], spacing) {
                 continue;
             }
-            // Small blocks are read whole: a look at each sample is as cheap as at a block.
-            if level <= 1 {
+            if level == 0 {
                 for j in low[1]..=high[1] {
                     for i in low[0]..=high[0] {
                         visit(&mut ball, i, j);
@@ -168,7 +184,7 @@ impl Pyramid {
                 continue;
             }
             let below = &self.levels[level - 1];
-            let rows = below.tops.len() / below.width;
+            let rows = below.roofs.len() / below.width;
             for (a, b) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                 let (i, j) = (2 * i + a, 2 * j + b);
                 if i < below.width && j < rows {
@@ -178,6 +194,30 @@ impl Pyramid {
         }
         ball
     }
+}
+
+/// The roof of the block of `side` samples from `low`, cut at the border: it slopes as the block's corners do.
+fn roof(raster: &Padded<f64>, spacing: DVec2, low: [usize; 2], side: usize) -> Roof {
+    let (width, height) = (raster.width(), raster.values.len() / raster.stride - 2);
+    let high = [(low[0] + side).min(width) - 1, (low[1] + side).min(height) - 1];
+    let z = |i: usize, j: usize| raster.values[(j + 1) * raster.stride + i + 1];
+    let size = DVec2::new((high[0] - low[0]) as f64, (high[1] - low[1]) as f64) * spacing;
+    let [sw, se, nw, ne] = [z(low[0], low[1]), z(high[0], low[1]), z(low[0], high[1]), z(high[0], high[1])];
+    let slope = 0.5 * DVec2::new(se - sw + ne - nw, nw - sw + ne - se) / size;
+    // Where a corner is unknown or a side has one sample.
+    let slope = if slope.is_finite() { slope } else { DVec2::ZERO };
+    let (mut elevation, mut largest) = (f64::NEG_INFINITY, 0.0f64);
+    for j in low[1]..=high[1] {
+        for i in low[0]..=high[0] {
+            let across = DVec2::new((i - low[0]) as f64, (j - low[1]) as f64) * spacing;
+            // The unknown is NaN, and `max` passes it by.
+            elevation = elevation.max(z(i, j) - slope.dot(across));
+            largest = largest.max(z(i, j).abs());
+        }
+    }
+    // Roundings are some ulps of the terms, which are no larger than this.
+    let slack = 16.0 * f64::EPSILON * (largest + slope.abs().dot(size));
+    Roof { elevation: elevation + slack, slope }
 }
 
 #[cfg(test)]

@@ -39,8 +39,8 @@ pub fn steepest_descent<T: Elevation>(surface: &Grid<T>) -> Result<Grid<f64>, Hy
     })
 }
 
-/// ‖∇z‖; NaN, the marker, at no-data. Exact on planes (up to rounding) wherever a sample has a neighbour along both axes: see
-/// [`gradient`].
+/// ‖∇z‖; NaN, the marker, at no-data. Exact on planes (up to rounding) wherever a sample has a neighbour along both axes: beside
+/// the border and no-data differences are one-sided, and rows of three without one do not count.
 ///
 /// # Errors
 /// As [`steepest_descent`].

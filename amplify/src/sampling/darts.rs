@@ -40,8 +40,8 @@ pub struct Poisson {
     pub open: f64,
 }
 
-/// Cells to begin with.
-const MOST: f64 = 2e8;
+/// Cells to begin with, each about 100 bytes of a round.
+const MOST: f64 = 2e7;
 /// Rounds after cells are as small as the smallest distance: what stays open halves about every round.
 const ROUNDS: u32 = 14;
 
@@ -202,7 +202,7 @@ fn square(x: f64) -> f64 {
 
 /// The darts that processing all by decreasing priority would accept, in the order given.
 fn accepted(darts: &[Dart], most: f64) -> Vec<usize> {
-    let mut near = Exclusion::new(2.0 * most);
+    let mut near = Exclusion::new(most);
     darts.iter().for_each(|dart| near.insert(dart.place));
     let before = |a: usize, b: usize| (darts[a].priority, a) > (darts[b].priority, b);
     let rivals: Vec<Vec<u32>> = (0..darts.len())

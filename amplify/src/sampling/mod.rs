@@ -30,10 +30,24 @@ pub enum SamplingError {
         most: f64,
     },
     /// More points than can be numbered.
-    #[error("{cells} cells to throw darts at: expected at most 200000000; enlarge the distance or divide the region")]
+    #[error("{cells} cells to throw darts at: expected at most 20000000; enlarge the distance or divide the region")]
     Many {
         /// How many.
         cells: f64,
+    },
+    /// Rings of frequencies that cannot be.
+    #[error("frequencies up to {highest} in steps of {step}: expected positive, finite numbers, the step the smaller")]
+    Frequencies {
+        /// Width of a ring, periods a metre.
+        step: f64,
+        /// The highest, periods a metre.
+        highest: f64,
+    },
+    /// Too many frequencies for so many points.
+    #[error("{terms} waves to hold at once: expected at most 200000000; lower the highest frequency")]
+    Waves {
+        /// Points times frequencies along both sides.
+        terms: f64,
     },
     /// A band around a surface whose sides are crossed or not numbers.
     #[error("elevations from {low} m to {high} m: expected two numbers in this order")]

@@ -21,8 +21,8 @@ pub struct Ring {
 /// `step` / 2, up to `highest`. Rings without a frequency are left out. The same bytes on any number of threads.
 ///
 /// # Errors
-/// [`SamplingError::Region`] for a rectangle without an inside; [`SamplingError::Distances`] unless 0 < `step` ≤ `highest`, both
-/// finite, where the reciprocals are named; [`SamplingError::Many`] for more than 200000000 terms a row.
+/// [`SamplingError::Region`] for a rectangle without an inside; [`SamplingError::Frequencies`] unless 0 < `step` ≤ `highest`,
+/// both finite; [`SamplingError::Waves`] for more than fit in 3 GB.
 pub fn periodogram(
     points: &[DVec2],
     [low, high]: [DVec2; 2],
@@ -34,12 +34,12 @@ pub fn periodogram(
         return Err(SamplingError::Region { low: low.to_array().to_vec(), high: high.to_array().to_vec() });
     }
     if !(step > 0.0 && step <= highest && highest.is_finite()) {
-        return Err(SamplingError::Distances { least: 1.0 / highest, most: 1.0 / step });
+        return Err(SamplingError::Frequencies { step, highest });
     }
     let reach = [(highest * size.x) as usize, (highest * size.y) as usize];
-    let cells = (points.len() * (reach[0] + reach[1] + 2)) as f64;
-    if cells > 2e8 {
-        return Err(SamplingError::Many { cells });
+    let terms = (points.len() * (reach[0] + reach[1] + 2)) as f64;
+    if terms > 2e8 {
+        return Err(SamplingError::Waves { terms });
     }
     // exp(−2πi·k·t) for all points, k by k: one angle a point, then products. Their error grows by an ulp or two with each k.
     let waves = |coordinate: &dyn Fn(DVec2) -> f64, count: usize| {
@@ -128,7 +128,7 @@ mod tests {
         let one = [DVec2::ONE];
         let unit = [DVec2::ZERO, DVec2::ONE];
         assert!(matches!(periodogram(&one, [DVec2::ZERO; 2], 1.0, 2.0), Err(SamplingError::Region { .. })));
-        assert!(matches!(periodogram(&one, unit, 2.0, 1.0), Err(SamplingError::Distances { .. })));
-        assert!(matches!(periodogram(&one, unit, 1e-3, 1e9), Err(SamplingError::Many { .. })));
+        assert!(matches!(periodogram(&one, unit, 2.0, 1.0), Err(SamplingError::Frequencies { .. })));
+        assert!(matches!(periodogram(&one, unit, 1e-3, 1e9), Err(SamplingError::Waves { .. })));
     }
 }

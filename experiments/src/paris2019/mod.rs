@@ -2,9 +2,11 @@
 
 pub mod amplified;
 pub mod benagil;
+mod drainage;
 mod draw;
 mod figures;
 mod geology;
+mod hydrology;
 mod instancing;
 mod landforms;
 mod landscapes;
@@ -28,4 +30,5 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &landforms::EXPERIMENT,
     &table1::EXPERIMENT,
     &tracing::EXPERIMENT,
+    &hydrology::EXPERIMENT,
 ];
