@@ -4,7 +4,6 @@
 pub mod arch;
 pub mod canyon;
 pub mod energy;
-mod exclusion;
 pub mod ground;
 pub mod hoodoo;
 pub mod island;

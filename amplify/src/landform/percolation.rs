@@ -2,11 +2,14 @@
 //! invaded next, and brings candidates of its own. Where those lie is a parameter, so that a lattice and a hemisphere are
 //! one algorithm.
 
-use super::exclusion::{CAPACITY, Exclusion};
 use super::random::Random;
+use crate::sampling::exclusion::Exclusion;
 use glam::DVec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+
+/// The most candidates.
+const CAPACITY: usize = 1 << 30;
 
 /// Where percolation begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,18 +86,18 @@ pub fn percolate(
     inside: impl Fn(DVec3) -> bool,
     propagation: &impl Propagation,
 ) -> Vec<Site> {
-    let mut taken = Exclusion::new(rule.spacing);
+    let mut taken = Exclusion::new(2.0 * rule.spacing);
     let mut queue: BinaryHeap<Reverse<(u64, u32)>> = BinaryHeap::new();
     let mut candidates: Vec<Candidate> = Vec::new();
     let enter = |taken: &mut Exclusion, queue: &mut BinaryHeap<_>, all: &mut Vec<Candidate>, p, parent, start| {
         let resistance = resistance(p);
         let noise = if rule.perturbation > 0.0 { Random::at(rule.seed, p).signed(0) } else { 0.0 };
         queue.push(Reverse((ordered(resistance + rule.perturbation * noise), taken.points().len() as u32)));
-        taken.add(p);
+        taken.insert(p);
         all.push(Candidate { resistance, parent, start });
     };
     for (k, start) in starts.iter().enumerate() {
-        if taken.is_free(start.position) {
+        if !taken.any_within(start.position, rule.spacing) {
             enter(&mut taken, &mut queue, &mut candidates, start.position, None, k as u32);
         }
     }
@@ -111,7 +114,7 @@ pub fn percolate(
         found.clear();
         propagation.candidates(position, starts[start as usize].upstream, &mut found);
         for &p in &found {
-            if inside(p) && taken.points().len() < CAPACITY && taken.is_free(p) {
+            if inside(p) && taken.points().len() < CAPACITY && !taken.any_within(p, rule.spacing) {
                 enter(&mut taken, &mut queue, &mut candidates, p, Some(step), start);
             }
         }

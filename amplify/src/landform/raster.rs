@@ -15,6 +15,22 @@ pub fn bilinear(grid: &Grid<f32>, p: DVec2) -> f64 {
     mix(mix(value(i, j), value(east, j), t.x), mix(value(i, north), value(east, north), t.x), t.y)
 }
 
+/// The largest value that [`bilinear`] has over a rectangle that lies within one cell, or larger.
+pub fn largest(grid: &Grid<f32>, low: DVec2, high: DVec2) -> f64 {
+    let last = DVec2::new(grid.width() as f64 - 1.0, grid.height() as f64 - 1.0);
+    let at = |p: DVec2| (p - grid.origin()) / grid.spacing();
+    // A rectangle that is the cell may reach beyond it by its rounding.
+    let from = (at(low) + 1e-6).floor().clamp(DVec2::ZERO, last);
+    let to = (at(high) - 1e-6).ceil().clamp(from, last);
+    let mut most = f32::NEG_INFINITY;
+    for j in from.y as usize..=to.y as usize {
+        for i in from.x as usize..=to.x as usize {
+            most = most.max(grid.values()[j * grid.width() + i]);
+        }
+    }
+    most.into()
+}
+
 /// Other values over the same ground.
 ///
 /// # Panics

@@ -5,17 +5,17 @@ use super::energy::Attack;
 use super::ground::{sprinkle, thin};
 use super::parameter::{Check, ParameterError};
 use super::random::Random;
+use super::raster::largest;
 use crate::field::{Box3, Density, THRESHOLD};
 use crate::geology::Geology;
-use crate::implicit::index::Index;
 use crate::implicit::primitive::Primitive;
 use crate::implicit::skeleton::Skeleton;
 use crate::implicit::surface::Surface;
 use crate::implicit::volume::Volume;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use terrain_model::grid::Grid;
 use terrain_model::noise::hash::mix;
 
 /// How surfaces are eroded.
@@ -46,21 +46,28 @@ impl Default for Shallow {
 /// What a shallow erosion acts on.
 #[derive(Clone, Copy, Debug)]
 pub struct Site<'a> {
-    /// The solid as it is.
-    pub volume: &'a Volume,
+    /// The heightfield as a solid.
+    pub ground: &'a Volume,
+    /// What stands on it and was carved from it before.
+    pub before: &'a [Primitive],
     /// The surface of its heightfield, on which the first samples lie.
     pub surface: &'a Surface,
     /// The rock.
     pub geology: &'a Geology,
     /// Nothing is carved around centres outside it.
     pub region: Box3,
+    /// A map with the samples of the surface, σ nowhere above it: cells of less than the threshold at all corners are passed
+    /// over.
+    pub most: &'a Grid<f32>,
+    /// The most primitives.
+    pub limit: usize,
 }
 
 /// Rays from a centre that look for the walls of what it carved.
-const RAYS: u32 = 8;
+const RAYS: u32 = 6;
 /// They reach so many radii, in so many steps, and the wall is then bracketed by so many halvings.
 const REACH: f64 = 1.25;
-const STEPS: u32 = 10;
+const STEPS: u32 = 7;
 const HALVINGS: u32 = 6;
 
 impl Shallow {
@@ -85,15 +92,16 @@ impl Shallow {
         allowed: impl Fn(DVec3) -> bool + Sync,
         seed: u32,
     ) -> Vec<Primitive> {
-        let mut index = Arc::new(Index::default());
         let mut all: Vec<Primitive> = Vec::new();
-        let mut candidates = sprinkle(site.surface, &site.region, self.spacing, mix(seed, 0));
+        let enough = |low: DVec2, high: DVec2| largest(site.most, low, high) >= self.threshold;
+        let mut candidates = sprinkle(site.surface, &site.region, self.spacing, enough, mix(seed, 0));
         for step in 0..self.steps {
-            let carved = Volume::Blend(vec![site.volume.clone(), Volume::Primitives(index.clone())]);
             let seed = mix(seed, step + 1);
             if step > 0 {
-                let last = all.iter().map(centre).collect::<Vec<_>>();
-                candidates = self.on_walls(&carved, &last[..], seed);
+                let so_far = site.before.iter().chain(&all).copied().collect();
+                let Ok(carved) = Volume::terrain(site.ground.clone(), so_far) else { break };
+                let centres: Vec<DVec3> = all.iter().map(centre).collect();
+                candidates = self.on_walls(&carved, &centres, seed);
             }
             let within: Vec<(DVec3, f64)> = candidates
                 .par_iter()
@@ -106,16 +114,13 @@ impl Shallow {
                 .into_par_iter()
                 .filter_map(|(p, sigma)| self.sphere(p, Attack { resistance: site.geology.value(p), stress: sigma }))
                 .collect();
-            if made.is_empty() {
+            let done = made.is_empty();
+            all.extend(made);
+            if done || all.len() >= site.limit {
                 break;
             }
-            if step + 1 < self.steps
-                && let Ok(next) = Index::new(all.iter().chain(&made).copied().collect())
-            {
-                index = Arc::new(next);
-            }
-            all.extend(made);
         }
+        all.truncate(site.limit);
         all
     }
 
@@ -164,8 +169,6 @@ mod tests {
     use super::*;
     use crate::geology::Archetype;
     use crate::implicit::heightfield::Implicitisation;
-    use glam::DVec2;
-    use terrain_model::grid::Grid;
 
     /// A cliff along x = 30 m from −10 to 20 m, in 60 m of ground.
     fn cliff() -> Volume {
@@ -178,7 +181,9 @@ mod tests {
         let Volume::Ground(surface, _) = volume else { panic!("a ground") };
         let geology = Archetype::HorizontalStrata.geology();
         let region = Box3::new(DVec3::new(5.0, 5.0, -6.0), DVec3::new(55.0, 55.0, 6.0));
-        let site = Site { volume, surface, geology: &geology, region };
+        let most = Grid::new(DVec2::ZERO, DVec2::ONE, 61, 61, vec![1.0f32; 61 * 61]).unwrap();
+        let site =
+            Site { ground: volume, before: &[], surface, geology: &geology, region, most: &most, limit: usize::MAX };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| erosion.erode(&site, |p| (1.0 - p.z.abs() / 6.0).max(0.0), |p| p.y < 40.0, seed))
     }

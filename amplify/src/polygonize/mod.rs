@@ -266,11 +266,22 @@ impl<'a, F: Density> Polygonizer<'a, F> {
             }
         }
         self.border(low, counts, values);
-        let [nx, ny, _] = counts;
+        let [nx, ny, nz] = counts;
         let near = [0, 1, nx, nx + 1].map(|c| [c, c + nx * ny]);
-        for z in 0..counts[2] - 1 {
+        // Which corners of a row are rock, a bit each.
+        let mut rows = [0u32; SIDE * SIDE];
+        for (row, values) in rows.iter_mut().zip(values.chunks_exact(nx)) {
+            *row = values.iter().rev().fold(0, |bits, f| bits << 1 | u32::from(*f > THRESHOLD));
+        }
+        block.report.cells += ((nx - 1) * (ny - 1) * (nz - 1)) as u64;
+        for z in 0..nz - 1 {
             for y in 0..ny - 1 {
-                for x in 0..nx - 1 {
+                let four = [z * ny + y, z * ny + y + 1, (z + 1) * ny + y, (z + 1) * ny + y + 1].map(|k| rows[k]);
+                let (any, all) = (four[0] | four[1] | four[2] | four[3], four[0] & four[1] & four[2] & four[3]);
+                let mut crossed = (any | any >> 1) & !(all & all >> 1) & ((1 << (nx - 1)) - 1);
+                while crossed != 0 {
+                    let x = crossed.trailing_zeros() as usize;
+                    crossed &= crossed - 1;
                     let first = (z * ny + y) * nx + x;
                     let corner = |c: usize| values[first + near[c & 3][c >> 2]];
                     self.cell(field, rock, [low[0] + x, low[1] + y, low[2] + z], std::array::from_fn(corner), block);
@@ -300,6 +311,7 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         for z in low[2]..high[2] {
             for y in low[1]..high[1] {
                 for x in low[0]..high[0] {
+                    block.report.cells += 1;
                     let corner = |c: usize| value([x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)]);
                     self.cell(field, false, [x, y, z], std::array::from_fn(corner), block);
                 }
@@ -310,7 +322,6 @@ impl<'a, F: Density> Polygonizer<'a, F> {
     /// The triangles of one cube, and the vertices on the three edges at its lowest corner: every crossed edge is that of
     /// the one cube whose lowest corner begins it.
     fn cell(&self, field: &F, solid: bool, at: [usize; 3], corners: [f64; 8], block: &mut Block) {
-        block.report.cells += 1;
         let mut rock = 0;
         for (c, f) in corners.iter().enumerate() {
             rock |= usize::from(*f > THRESHOLD) << c;

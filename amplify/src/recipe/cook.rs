@@ -168,8 +168,9 @@ pub fn amplify(
     for (k, (entry, limits)) in recipe.landforms.iter().zip(&limits).enumerate() {
         let landform = entry.make.name();
         begun(k, landform);
-        let mut new = terrain.make(k + 1, &entry.make, limits, mix(seed, k as u32))?;
-        new.truncate(entry.limit.unwrap_or(usize::MAX));
+        let limit = entry.limit.unwrap_or(usize::MAX);
+        let mut new = terrain.make(k + 1, &entry.make, limits, limit, mix(seed, k as u32))?;
+        new.truncate(limit);
         made.push(Made { landform, primitives: new.len() });
         all.extend(new);
         terrain.index = Arc::new(Index::new(all.clone()).expect("landforms make sound primitives"));
@@ -218,6 +219,7 @@ impl Terrain<'_> {
         entry: usize,
         landform: &Landform,
         limits: &Limits,
+        limit: usize,
         seed: u32,
     ) -> Result<Vec<Primitive>, RecipeError> {
         let problem = |problem| RecipeError::Water { entry, problem };
@@ -225,7 +227,7 @@ impl Terrain<'_> {
             Landform::Sea(sea) => {
                 let band = [sea.level - sea.reach, sea.level + sea.reach];
                 let open = accessible(self.grid, sea).map_err(problem)?;
-                self.erode(&sea.erosion, band, limits, seed, |p| sea.stress(&open, p))
+                self.erode(&sea.erosion, band, (&open, limit), limits, seed, |p| sea.stress(&open, p))
             }
             Landform::Canyon(canyon) => {
                 let bed = canyon.bed(&water::power(self.grid).map_err(problem)?);
@@ -233,7 +235,7 @@ impl Terrain<'_> {
                 let heights = self.surface.elevations();
                 let reach = canyon.erosion.radius * f64::from(canyon.erosion.steps);
                 let band = [heights.lo() - reach, heights.hi()];
-                self.erode(&canyon.erosion, band, limits, seed, |p| Canyon::stress(&map, p))
+                self.erode(&canyon.erosion, band, (&map, limit), limits, seed, |p| Canyon::stress(&map, p))
             }
             Landform::Karst { percolation, pits, cliffs } => {
                 let found = pits.map_or_else(|| Ok(Vec::new()), |pits| water::deepest(self.grid, pits));
@@ -266,6 +268,7 @@ impl Terrain<'_> {
         &mut self,
         erosion: &Shallow,
         band: [f64; 2],
+        (most, limit): (&Grid<f32>, usize),
         limits: &Limits,
         seed: u32,
         stress: impl Fn(DVec3) -> f64 + Sync,
@@ -279,9 +282,9 @@ impl Terrain<'_> {
                 *most = sigma as f32;
             }
         });
-        let volume = Volume::Blend(vec![self.ground.clone(), Volume::Primitives(self.index.clone())]);
         let region = self.region(band, limits);
-        let site = Site { volume: &volume, surface: &self.surface, geology: &self.geology, region };
+        let (ground, before, geology) = (&self.ground, self.index.primitives(), &self.geology);
+        let site = Site { ground, before, surface: &self.surface, geology, region, most, limit };
         erosion.erode(&site, stress, allowed, seed)
     }
 

@@ -37,17 +37,20 @@ pub(super) fn power(grid: &Grid<f32>) -> Result<Grid<f32>, HydrologyError> {
     Ok(narrow(&stream_power(&area, &shaped(&slope, sine))?))
 }
 
-/// The stress of a bed with that of its banks: a convolution over `radius` metres, scaled so that its largest value is the bed's,
-/// where that is more than the bed's own.
+/// The stress of a bed with that of its banks: a convolution over `radius` metres, scaled so that a straight bed one sample
+/// wide keeps its stress, where that is more than the bed's own, at most 1.
 pub(super) fn spread(bed: &Grid<f32>, radius: f64) -> Result<Grid<f32>, HydrologyError> {
-    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-    let largest = most(&mut bed.values().iter().map(|&value| f64::from(value)));
-    if radius == 0.0 || largest == 0.0 {
+    if radius == 0.0 {
         return Ok(bed.clone());
     }
+    let spacing = bed.spacing().max_element();
+    let bump = |k: f64| {
+        let inside = (1.0 - (k * spacing / radius) * (k * spacing / radius)).max(0.0);
+        inside * inside
+    };
+    let scale: f64 = 1.0 + 2.0 * (1..=(radius / spacing) as u32).map(|k| bump(k.into())).sum::<f64>();
     let wide = convolve(bed, radius)?;
-    let scale = largest / most(&mut wide.values().iter().copied());
-    let both = |(own, wide): (&f32, &f64)| own.max((wide * scale) as f32);
+    let both = |(own, wide): (&f32, &f64)| own.max((wide * scale).min(1.0) as f32);
     Ok(shaped(bed, bed.values().iter().zip(wide.values()).map(both).collect()))
 }
 
