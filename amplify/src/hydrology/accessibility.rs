@@ -247,7 +247,12 @@ mod tests {
 
     #[test]
     fn pruning_leaves_no_sample_out_to_the_bit() {
-        for surface in rasters(11) {
+        // And a smooth hillside, where roofs are what prunes.
+        let hillside = grid(70, 40, DVec2::ONE, |i, j| {
+            let (x, y) = (i as f64, j as f64);
+            2.0 * x - 1.5 * y + 6.0 * libm::sin(x / 9.0) * libm::cos(y / 7.0)
+        });
+        for surface in rasters(11).into_iter().chain([hillside]) {
             let surface = surface.with_placement(DVec2::ZERO, DVec2::new(4.0, 7.0)).unwrap();
             for radius in [3.0, 30.0, 1e5] {
                 let fast = accessibility(&surface, radius).unwrap();
