@@ -2,35 +2,42 @@
 
 use terrain_model::grid::Grid;
 
-/// Indices of known neighbours of known sample (i, j), with their offsets, and whether water leaves there: fewer than eight.
-fn neighbours(grid: &Grid<f32>, i: usize, j: usize) -> (Vec<(usize, [f64; 2])>, bool) {
-    let mut all = Vec::with_capacity(8);
+/// What lies around a known sample.
+struct Around {
+    /// Indices of known neighbours with their offsets in samples.
+    near: Vec<(usize, [f64; 2])>,
+    /// Does water leave here: are there fewer than eight?
+    edge: bool,
+}
+
+fn around(grid: &Grid<f32>, i: usize, j: usize) -> Around {
+    let mut near = Vec::with_capacity(8);
     for b in -1isize..=1 {
         for a in -1isize..=1 {
             let (Some(i), Some(j)) = (i.checked_add_signed(a), j.checked_add_signed(b)) else { continue };
             if (a, b) != (0, 0) && grid.known(i, j).is_some() {
-                all.push((j * grid.width() + i, [a as f64, b as f64]));
+                near.push((j * grid.width() + i, [a as f64, b as f64]));
             }
         }
     }
-    let edge = all.len() < 8;
-    (all, edge)
+    let edge = near.len() < 8;
+    Around { near, edge }
 }
 
 /// The greatest w with w = z at edges and w = max(z, lift(the lowest neighbour's w)) elsewhere: from +∞ down by sweeps, forward
 /// and back in turn, until one changes nothing.
 pub fn relaxed(grid: &Grid<f32>, lift: impl Fn(f32) -> f32) -> Grid<f32> {
-    let around: Vec<Option<(Vec<(usize, [f64; 2])>, bool)>> =
-        grid.positions().map(|(i, j, _, z)| (!grid.is_no_data(z)).then(|| neighbours(grid, i, j))).collect();
+    let all: Vec<Option<Around>> =
+        grid.positions().map(|(i, j, _, z)| (!grid.is_no_data(z)).then(|| around(grid, i, j))).collect();
     let mut w = grid.map_known(|_| f32::INFINITY);
-    let count = around.len();
+    let count = all.len();
     let mut calm = 0;
     let mut forward = true;
     while calm < 2 {
         calm += 1;
         for n in 0..count {
             let k = if forward { n } else { count - 1 - n };
-            let Some((near, edge)) = &around[k] else { continue };
+            let Some(Around { near, edge }) = &all[k] else { continue };
             let lowest = near.iter().map(|&(n, _)| w.values()[n]).fold(f32::INFINITY, f32::min);
             let z = grid.values()[k];
             let level = if *edge { z } else { z.max(lift(lowest)) };
@@ -57,7 +64,7 @@ pub fn areas(surface: &Grid<f32>, exponent: f64) -> Vec<f64> {
     order.sort_by(|&a, &b| z[b].total_cmp(&z[a]));
     let mut areas = vec![spacing.x * spacing.y; z.len()];
     for k in order {
-        let (near, _) = neighbours(surface, k % surface.width(), k / surface.width());
+        let near = around(surface, k % surface.width(), k / surface.width()).near;
         let weight = |n: usize, [a, b]: [f64; 2]| {
             let run = ((a * spacing.x) * (a * spacing.x) + (b * spacing.y) * (b * spacing.y)).sqrt();
             libm::pow((f64::from(z[k]) - f64::from(z[n])).max(0.0) / run, exponent)

@@ -33,7 +33,7 @@ pub const EXPERIMENT: Experiment = Experiment {
     expected: |profile| Expected {
         seconds: profile.pick(10.0, 20.0),
         memory_bytes: profile.pick(512, 512) << 20,
-        disk_bytes: 512 << 10,
+        disk_bytes: 1 << 20,
     },
     run,
 };
