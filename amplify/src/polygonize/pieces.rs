@@ -134,23 +134,45 @@ impl Pieces {
             let at = seam.binary_search_by_key(&edge, |vertex| vertex.0).ok()?;
             Some(firsts[block] + seam[at].1)
         };
-        let named = |k: usize| {
-            let piece = pieces[k];
-            let elsewhere: Option<Vec<u32>> = piece.elsewhere.iter().map(|&edge| find(edge)).collect();
-            let elsewhere = elsewhere?;
-            let number = |corner: u32| {
-                if corner < ELSEWHERE { firsts[k] + corner } else { elsewhere[(corner - ELSEWHERE) as usize] }
-            };
-            Some(piece.triangles.iter().map(|corners| corners.map(number)).collect::<Vec<_>>())
-        };
-        let triangles: Option<Vec<Vec<[u32; 3]>>> = (0..pieces.len()).into_par_iter().map(named).collect();
-        let triangles = triangles.ok_or(PolygonizeError::Seam)?.concat();
-        let mut positions = Vec::with_capacity(vertices);
-        let mut normals = Vec::with_capacity(vertices);
-        for [position, normal] in pieces.iter().flat_map(|piece| &piece.vertices) {
-            positions.push(position.to_array());
-            normals.push(normal.to_array());
+        // Arrays are written where they end up, in parallel: most of the time goes to their memory.
+        let mut triangles = vec![[0u32; 3]; pieces.iter().map(|piece| piece.triangles.len()).sum()];
+        let (mut positions, mut normals) = (vec![[0.0; 3]; vertices], vec![[0.0; 3]; vertices]);
+        let triangle_parts = parts(&mut triangles, pieces.iter().map(|piece| piece.triangles.len()));
+        let position_parts = parts(&mut positions, pieces.iter().map(|piece| piece.vertices.len()));
+        let normal_parts = parts(&mut normals, pieces.iter().map(|piece| piece.vertices.len()));
+        let whole = pieces
+            .par_iter()
+            .zip(&firsts)
+            .zip(triangle_parts.into_par_iter())
+            .zip(position_parts.into_par_iter().zip(normal_parts))
+            .map(|(((piece, first), triangles), (positions, normals))| {
+                for (k, [position, normal]) in piece.vertices.iter().enumerate() {
+                    positions[k] = position.to_array();
+                    normals[k] = normal.to_array();
+                }
+                let elsewhere: Option<Vec<u32>> = piece.elsewhere.iter().map(|&edge| find(edge)).collect();
+                let Some(elsewhere) = elsewhere else { return false };
+                let number = |corner: u32| {
+                    if corner < ELSEWHERE { first + corner } else { elsewhere[(corner - ELSEWHERE) as usize] }
+                };
+                triangles.iter_mut().zip(&piece.triangles).for_each(|(out, corners)| *out = corners.map(number));
+                true
+            })
+            .reduce(|| true, |a, b| a && b);
+        if !whole {
+            return Err(PolygonizeError::Seam);
         }
         Ok(Mesh { positions, triangles, normals: Some(normals), attributes: Vec::new() })
     }
+}
+
+/// `all` in consecutive parts of these lengths.
+fn parts<T>(mut all: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    lengths
+        .map(|length| {
+            let (part, rest) = std::mem::take(&mut all).split_at_mut(length);
+            all = rest;
+            part
+        })
+        .collect()
 }

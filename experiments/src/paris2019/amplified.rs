@@ -39,7 +39,7 @@ pub const DESCRIPTIONS: [Description; 4] = [
         ground: landscapes::coast,
         recipe: include_str!("recipes/sea.ron"),
         cells: [2000, 2000, 33],
-        camera: ([2_620.0, 2_300.0, 60.0], [2_900.0, 2_900.0, 5.0], 0.5),
+        camera: ([2_480.0, 2_000.0, 120.0], [2_900.0, 2_800.0, 0.0], 0.45),
     },
     Description {
         name: "karst",

@@ -361,37 +361,43 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     Ok(outcome)
 }
 
-/// The rock along caves against the rock they grew in: in standard deviations of it, for strata and for constant rock.
+/// Rock so far from a site is the rock around it, metres.
+const AROUND: f64 = 6.0;
+
+/// The rock along caves against the rock around them, in standard deviations of the rock: where percolation is led by it, and
+/// where by rock that is the same everywhere.
 fn strata(ctx: &Context, outcome: &mut Outcome, wrong: &mut Vec<String>) -> Result<(), ExperimentError> {
     let (ground, karst, _) = percolation(ctx.seed as u32)?;
-    let karst = Karst { sites: 600, ..karst };
-    let domain = Box3::new(DVec3::new(5.0, 5.0, 0.0), DVec3::new(55.0, 55.0, 44.0));
+    let domain = Box3::new(DVec3::splat(5.0), DVec3::new(55.0, 55.0, 36.0));
+    let random = |k: u32| f64::from(mix(ctx.seed as u32, k)) / 4_294_967_296.0;
+    let place = |k: u32| DVec3::new(random(3 * k), random(3 * k + 1), random(3 * k + 2));
+    let sinks = (0..12).map(|k| domain.low + (domain.high - domain.low) * place(k)).collect();
+    let karst = Karst { sites: 1500, sinks, ..karst };
     let rock = level_strata()?;
     let inside = |p: DVec3| ground.value(p) > THRESHOLD;
-    let random = |k: u32| f64::from(mix(ctx.seed as u32, k)) / 4_294_967_296.0;
-    let around: Vec<f64> = (0..20_000u32)
-        .map(|k| {
-            domain.low + (domain.high - domain.low) * DVec3::new(random(3 * k), random(3 * k + 1), random(3 * k + 2))
-        })
-        .filter(|p| inside(*p))
-        .map(|p| rock.value(p))
-        .collect();
     let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
-    let middle = mean(&around);
-    let deviation = mean(&around.iter().map(|r| (r - middle) * (r - middle)).collect::<Vec<_>>()).sqrt();
     let grown = |led: &dyn Fn(DVec3) -> f64| -> Result<f64, ExperimentError> {
         let sites = karst.grow(&domain, inside, &[], led).map_err(ExperimentError::failed)?;
         let along: Vec<f64> = sites.iter().map(|site| rock.value(site.position)).collect();
+        let offset = |k: u32| (place(k) * 2.0 - 1.0).normalize_or(DVec3::X) * AROUND;
+        let around: Vec<f64> = sites
+            .iter()
+            .enumerate()
+            .flat_map(|(k, site)| (0..8).map(move |j| site.position + offset(8 * k as u32 + j)))
+            .map(|p| rock.value(p))
+            .collect();
+        let middle = mean(&around);
+        let deviation = mean(&around.iter().map(|r| (r - middle) * (r - middle)).collect::<Vec<_>>()).sqrt();
         Ok((mean(&along) - middle) / deviation)
     };
     let follows = grown(&|p| rock.value(p))?;
     let blind = grown(&|_| 0.5)?;
     outcome.metric("karst.resistance_along_caves", follows)?;
     outcome.metric("karst.resistance_along_blind_caves", blind)?;
-    if follows > -0.5 {
-        wrong.push(format!("caves lie {follows} deviations of the rock off its mean: expected −0.5 or less"));
+    if follows > -0.25 {
+        wrong.push(format!("caves lie {follows} deviations of the rock off what is around: expected −0.25 or less"));
     }
-    outcome.control("rock that is the same everywhere", "percolation led by it", "no weaker rock", blind > -0.25);
+    outcome.control("rock that is the same everywhere", "percolation led by it", "no weaker rock", blind > -0.125);
     Ok(())
 }
 

@@ -88,8 +88,8 @@ pub fn canyon(spacing: f64, seed: u32) -> Result<Grid<f32>, ExperimentError> {
         let gully = 60.0 * side.ridge(p) * rise(500.0, 60.0, off);
         let out = off - gully;
         let walls = 0.36 * rise(10.0, 26.0, out) + 0.34 * rise(52.0, 74.0, out) + 0.30 * rise(120.0, 165.0, out);
-        let bed = 60.0 + 0.07 * along + 1.5 * rock.at(p);
-        bed + walls * 390.0 + 14.0 * rock.at(p) * rise(20.0, 200.0, out) + 0.04 * out.max(0.0)
+        let bed = 60.0 + 0.12 * along + 1.5 * rock.at(p);
+        bed + walls * 340.0 + 14.0 * rock.at(p) * rise(20.0, 200.0, out) + 0.04 * out.max(0.0)
     })
 }
 
