@@ -16,9 +16,9 @@ use crate::landform::canyon::Canyon;
 use crate::landform::ground::scatter;
 use crate::landform::hoodoo::{Habitat, Hoodoo};
 use crate::landform::karst::{Karst, KarstError};
-use crate::landform::raster::{bilinear, shaped};
+use crate::landform::raster::{bilinear, largest, shaped};
 use crate::landform::shallow::{Shallow, Site};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 use terrain_model::grid::Grid;
@@ -317,7 +317,8 @@ impl Terrain<'_> {
         let heights = self.surface.elevations();
         let everywhere = self.region([heights.lo(), heights.hi()], &Limits::default());
         let chance = |p: DVec3| f64::from(bilinear(&gradient, p.truncate()) >= slope);
-        Ok(scatter(&self.surface, &everywhere, spacing, chance, seed))
+        let steep = |low: DVec2, high: DVec2| largest(&gradient, low, high) >= slope;
+        Ok(scatter(&self.surface, &everywhere, spacing, steep, chance, seed))
     }
 
     fn hoodoos(
@@ -336,7 +337,7 @@ impl Terrain<'_> {
             let at = p.truncate();
             if limits.allow(p) { habitat.probability(bilinear(&area, at), bilinear(&slope, at), 1.0) } else { 0.0 }
         };
-        let spires: Vec<Vec<Primitive>> = scatter(&self.surface, &region, spacing, chance, seed)
+        let spires: Vec<Vec<Primitive>> = scatter(&self.surface, &region, spacing, |_, _| true, chance, seed)
             .into_par_iter()
             .map(|foot| {
                 let symbols = grammar.derive(foot, |p| self.geology.value(p)).expect("checked before");

@@ -51,7 +51,27 @@ impl Exclusion {
     }
     /// Is a point closer than `r`? A point at a distance of r, as its square is rounded, is not.
     pub fn any_within(&self, p: DVec3, r: f64) -> bool {
-        self.find_within(p, r, |_| true).is_some()
+        let (low, high) = (self.cube(p - DVec3::splat(r)), self.cube(p + DVec3::splat(r)));
+        if (0..3).any(|k| high[k] - low[k] > 1) {
+            return self.find_within(p, r, |_| true).is_some();
+        }
+        let squared = r * r;
+        // A close point that is met in another cube's chain is as close.
+        (0..8).any(|corner| {
+            let at = |k: usize| if corner >> k & 1 == 0 { low[k] } else { high[k] };
+            let mut k = if (0..3).any(|k| corner >> k & 1 == 1 && low[k] == high[k]) {
+                END
+            } else {
+                self.heads[self.chain_of([at(0), at(1), at(2)])]
+            };
+            while k != END {
+                if self.points[k as usize].distance_squared(p) < squared {
+                    return true;
+                }
+                k = self.next[k as usize];
+            }
+            false
+        })
     }
     /// A point closer than `r` that `choose` takes, by number; which of several is not said.
     pub fn find_within(&self, p: DVec3, r: f64, mut choose: impl FnMut(usize) -> bool) -> Option<usize> {

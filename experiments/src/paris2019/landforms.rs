@@ -6,7 +6,7 @@ use crate::report::{Axis, Cell, Outcome, Picture, Plot, Style, Table};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 use terrain_amplify::field::{Box3, Density, THRESHOLD};
-use terrain_amplify::geology::{Archetype, Geology};
+use terrain_amplify::geology::{self, Archetype, Geology};
 use terrain_amplify::implicit::heightfield::Implicitisation;
 use terrain_amplify::implicit::surface::Distance;
 use terrain_amplify::implicit::volume::Volume;
@@ -197,7 +197,7 @@ fn fig23(seed: u32, cell: f64) -> Result<Scene, ExperimentError> {
     let on_banks = |p: DVec3| if (5.0..17.0).contains(&bank(p.x, p.y)) { 0.2 } else { 0.0 };
     let region = Box3::new(DVec3::new(3.0, 3.0, -9.0), DVec3::new(117.0, 117.0, 9.0));
     let mut primitives = Vec::new();
-    for foot in terrain_amplify::landform::ground::scatter(surface, &region, 4.5, on_banks, seed) {
+    for foot in terrain_amplify::landform::ground::scatter(surface, &region, 4.5, |_, _| true, on_banks, seed) {
         let symbols = goblin.derive(foot, |p| rock.value(p)).map_err(ExperimentError::failed)?;
         primitives.extend(goblin.primitives(&symbols));
     }
@@ -361,43 +361,48 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     Ok(outcome)
 }
 
-/// Rock so far from a site is the rock around it, metres.
-const AROUND: f64 = 6.0;
-
-/// The rock along caves against the rock around them, in standard deviations of the rock: where percolation is led by it, and
-/// where by rock that is the same everywhere.
-fn strata(ctx: &Context, outcome: &mut Outcome, wrong: &mut Vec<String>) -> Result<(), ExperimentError> {
-    let (ground, karst, _) = percolation(ctx.seed as u32)?;
-    let domain = Box3::new(DVec3::splat(5.0), DVec3::new(55.0, 55.0, 36.0));
-    let random = |k: u32| f64::from(mix(ctx.seed as u32, k)) / 4_294_967_296.0;
-    let place = |k: u32| DVec3::new(random(3 * k), random(3 * k + 1), random(3 * k + 2));
-    let sinks = (0..12).map(|k| domain.low + (domain.high - domain.low) * place(k)).collect();
-    let karst = Karst { sites: 1500, sinks, ..karst };
-    let rock = level_strata()?;
-    let inside = |p: DVec3| ground.value(p) > THRESHOLD;
-    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
-    let grown = |led: &dyn Fn(DVec3) -> f64| -> Result<f64, ExperimentError> {
-        let sites = karst.grow(&domain, inside, &[], led).map_err(ExperimentError::failed)?;
-        let along: Vec<f64> = sites.iter().map(|site| rock.value(site.position)).collect();
-        let offset = |k: u32| (place(k) * 2.0 - 1.0).normalize_or(DVec3::X) * AROUND;
-        let around: Vec<f64> = sites
-            .iter()
-            .enumerate()
-            .flat_map(|(k, site)| (0..8).map(move |j| site.position + offset(8 * k as u32 + j)))
-            .map(|p| rock.value(p))
-            .collect();
-        let middle = mean(&around);
-        let deviation = mean(&around.iter().map(|r| (r - middle) * (r - middle)).collect::<Vec<_>>()).sqrt();
-        Ok((mean(&along) - middle) / deviation)
+/// How far the mean resistance along caves is off that of the rock in the box that they fill, in deviations of that rock, as mean over
+/// 16 rocks: sites of one network are not independent, networks in different rocks are. Percolation feels the rock whose seed is
+/// `shift` higher.
+fn off_the_rock(seed: u32, shift: u32) -> Result<f64, ExperimentError> {
+    const ROCKS: u32 = 16;
+    let strata = |seed: u32| {
+        let layers = geology::Node::Strata { wavelength: 30.0, octaves: 3, seed: 1 };
+        let rough = geology::Node::Turbulence { wavelength: 20.0, octaves: 2, seed: 2 };
+        Geology::new(seed, geology::Node::Blend(vec![(3.0, layers), (1.0, rough)])).map_err(ExperimentError::failed)
     };
-    let follows = grown(&|p| rock.value(p))?;
-    let blind = grown(&|_| 0.5)?;
+    let domain = Box3::new(DVec3::new(-120.0, -120.0, -90.0), DVec3::new(120.0, 120.0, 0.0));
+    let sinks = [(-60.0, 10.0), (5.0, -20.0), (70.0, 30.0)].map(|(x, y)| DVec3::new(x, y, -0.5)).to_vec();
+    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+    let mut total = 0.0;
+    for k in 0..ROCKS {
+        let (rock, felt) = (strata(mix(seed, k))?, strata(mix(seed, k + shift))?);
+        let karst = Karst { sites: 1000, threshold: 2.0, seed: k, sinks: sinks.clone(), ..Karst::default() };
+        let sites = karst.grow(&domain, |_| true, &[], |p| felt.value(p)).map_err(ExperimentError::failed)?;
+        let around = sites.iter().fold(Box3::EMPTY, |all, site| all.hull(&Box3::new(site.position, site.position)));
+        let random = |j: u32| f64::from(mix(mix(seed, k), j)) / 4_294_967_296.0;
+        let at = |j: u32| {
+            around.low + (around.high - around.low) * DVec3::new(random(3 * j), random(3 * j + 1), random(3 * j + 2))
+        };
+        let all: Vec<f64> = (0..3_000).map(|j| rock.value(at(j))).collect();
+        let middle = mean(&all);
+        let deviation = mean(&all.iter().map(|r| (r - middle) * (r - middle)).collect::<Vec<_>>()).sqrt();
+        let along: Vec<f64> = sites.iter().map(|site| rock.value(site.position)).collect();
+        total += (mean(&along) - middle) / deviation;
+    }
+    Ok(total / f64::from(ROCKS))
+}
+
+fn strata(ctx: &Context, outcome: &mut Outcome, wrong: &mut Vec<String>) -> Result<(), ExperimentError> {
+    let seed = ctx.seed as u32;
+    let (follows, blind) = (off_the_rock(seed, 0)?, off_the_rock(seed, 1_000)?);
     outcome.metric("karst.resistance_along_caves", follows)?;
     outcome.metric("karst.resistance_along_blind_caves", blind)?;
+    // Half of what the test of the generator finds at least.
     if follows > -0.25 {
-        wrong.push(format!("caves lie {follows} deviations of the rock off what is around: expected −0.25 or less"));
+        wrong.push(format!("caves lie {follows} deviations off the rock around: expected −0.25 or less"));
     }
-    outcome.control("rock that is the same everywhere", "percolation led by it", "no weaker rock", blind > -0.125);
+    outcome.control("another rock", "percolation led by it", "no weaker rock than around", blind > -0.25);
     Ok(())
 }
 
