@@ -195,7 +195,7 @@ fn limits(k: usize, entry: &Entry, pantry: &mut dyn Pantry) -> Result<Limits, Re
     let mask =
         |name: &String| pantry.raster(name).map_err(|problem| RecipeError::Source { name: name.clone(), problem });
     let region = entry.mask.as_ref().map(mask).transpose()?;
-    let volume = entry.within.map(|(low, high)| Box3 { low: DVec3::from(low), high: DVec3::from(high) });
+    let volume = entry.within.map(|[low, high]| Box3 { low: DVec3::from(low), high: DVec3::from(high) });
     match volume {
         Some(Box3 { low, high }) if !low.cmplt(high).all() => Err(RecipeError::Within { entry: k, low, high }),
         volume => Ok(Limits { region, volume }),

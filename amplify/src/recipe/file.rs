@@ -42,7 +42,7 @@ pub struct Entry {
     pub mask: Option<String>,
     /// A box, lower and upper corner, outside of which nothing is placed.
     #[serde(default)]
-    pub within: Option<((f64, f64, f64), (f64, f64, f64))>,
+    pub within: Option<[(f64, f64, f64); 2]>,
     /// The most primitives; the first of them stay.
     #[serde(default)]
     pub limit: Option<usize>,

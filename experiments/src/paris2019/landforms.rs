@@ -335,7 +335,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         ]);
         let file = ctx.write_png(name, width as u32, height as u32, &drawn.pixels)?;
         let DVec3 { x, y, z } = camera.eye;
-        outcome.picture(Picture::new(file, *caption).camera(format!("from ({x}, {y}, {z})")).seed(ctx.seed));
+        outcome.picture(Picture::new(file, caption).camera(format!("from ({x}, {y}, {z})")).seed(ctx.seed));
         if !torn {
             mesh.triangles.pop();
             torn = Census::of(&mesh).holes > 0;
