@@ -91,18 +91,17 @@ fn judge(
     (outside, [slope, weight, weighted])
 }
 
-#[test]
-fn bounds_hold_over_boxes_and_segments() {
+/// Judges the bounds of 250 trees over twelve regions each.
+fn hunt(segment: bool) {
     let mut tightest = 0.0f64;
     let mut control = 0;
-    for (seed, program) in programs(1000, 160) {
+    for (seed, program) in programs(1000, 250) {
         let mut random = Random(seed);
         let mut evaluator = BoundsEvaluator::new(&program);
-        for k in 0..24 {
+        for k in 0..12 {
             let size = [800.0, 200.0, 40.0, 5.0][k % 4];
             let a = random.point(HALF);
             let b = a + random.point(size);
-            let segment = k % 2 == 0;
             let region = if segment { Region::segment(a, b) } else { Region::rectangle(a, b) };
             let bounds = evaluator.bounds(region);
             if bounds.slope.is_infinite() && bounds.weight_slope.is_infinite() {
@@ -117,13 +116,23 @@ fn bounds_hold_over_boxes_and_segments() {
         }
     }
     assert!(tightest > 0.9, "{tightest}");
-    assert!(control > 20, "{control}");
+    assert!(control > 10, "{control}");
+}
+
+#[test]
+fn bounds_hold_over_boxes() {
+    hunt(false);
+}
+
+#[test]
+fn bounds_hold_over_segments() {
+    hunt(true);
 }
 
 #[test]
 fn pruning_to_a_box_changes_no_bit_on_it() {
     let mut shorter = 0;
-    for (seed, program) in programs(5000, 140) {
+    for (seed, program) in programs(5000, 250) {
         let mut random = Random(seed);
         for _ in 0..6 {
             let a = random.point(HALF);
@@ -143,14 +152,14 @@ fn pruning_to_a_box_changes_no_bit_on_it() {
             }
         }
     }
-    assert!(shorter > 280, "{shorter}");
+    assert!(shorter > 500, "{shorter}");
 }
 
 #[test]
 fn squares_change_no_bit_and_bounds_of_their_programs_hold() {
     let (mut shorter, mut control) = (0, 0);
     let (mut asked, mut looser) = (0, 0);
-    for (seed, program) in programs(60_000, 80) {
+    for (seed, program) in programs(60_000, 120) {
         let mut random = Random(seed);
         for evidence in [Evidence::Ranges, Evidence::Enclosures] {
             let cells = Cells::new(&program, evidence);
@@ -219,7 +228,7 @@ fn lanes_stay_within_the_derived_rounding_error() {
     let mut worst_ratio = 0.0f64;
     let mut widest = 0.0f64;
     let mut control = 0;
-    for (seed, program) in programs(9000, 100) {
+    for (seed, program) in programs(9000, 150) {
         let mut random = Random(seed);
         // Far from the world's origin, where f32 world coordinates would be metres off.
         for _ in 0..4 {
@@ -258,7 +267,7 @@ fn lanes_stay_within_the_derived_rounding_error() {
 
 #[test]
 fn interval_duals_enclose_values_and_gradients() {
-    for (seed, program) in programs(20_000, 100) {
+    for (seed, program) in programs(20_000, 150) {
         let mut random = Random(seed);
         let mut enclosing = Evaluator::<Dual<Interval, 2>>::new(&program);
         for _ in 0..20 {

@@ -26,8 +26,7 @@ pub struct Shallow {
     pub spacing: f64,
     /// Radius of the primitives, metres; 0.01 to 10⁴.
     pub radius: f64,
-    /// Energy of a primitive where the effect is 1; 0 to 100. At 1 it carves half of its radius into rock whose falloff is
-    /// as wide.
+    /// How much of the field a primitive takes at its centre where the effect is 1; 0 to 100.
     pub strength: f64,
     /// β: the effect of full stress on the hardest rock; 0 to 1.
     pub hardest: f64,

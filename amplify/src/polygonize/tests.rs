@@ -184,6 +184,9 @@ fn bare_ground_within_the_walls_costs_look_ups_alone() {
         let report = cost(&ground);
         assert_eq!(report.evaluations(), 0, "{distance:?} {report:?}");
         assert!(report.lookups > 0);
+        // The lattice cuts through rock: walls and floor are those of the whole too, to the bit.
+        let mesher = Polygonizer::new(&ground, lattice, 0.01).unwrap();
+        assert_eq!(mesher.sparse().unwrap().0, mesher.standard().unwrap().0);
         // Control: what stands on it is no look-up.
         let on = Primitive { skeleton: Skeleton::Point([130.0, 10.0, 0.0]), radius: 6.0, energy: 1.0 };
         assert!(cost(&Volume::Blend(vec![ground, Volume::Few([on].into())])).evaluations() > 100);

@@ -21,12 +21,12 @@ pub struct Maps {
     pub effects: Grid<f32>,
 }
 
-/// Largest step between the points of a column that tell rock from air, metres: below a radius of what carves.
+/// Points of a column are no nearer than this, metres, however small the primitives around are.
 const FINEST: f64 = 0.25;
 
 impl Amplified {
-    /// The maps over `grid`, the heightfield it was made of. Layers thinner than half of the smallest radius around may be
-    /// missed.
+    /// The maps over `grid`, the heightfield it was made of. Layers thinner than half of the smallest radius around,
+    /// or than a quarter of a metre, may be missed.
     pub fn maps(&self, grid: &Grid<f32>) -> Maps {
         let place = |k: usize| {
             let at: DVec2 = grid.position(k % grid.width(), k / grid.width());
