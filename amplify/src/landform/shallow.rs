@@ -64,6 +64,8 @@ pub struct Site<'a> {
 
 /// Rays from a centre that look for the walls of what it carved.
 const RAYS: u32 = 6;
+/// The radius, in radii of the spheres that erode, above which a carver sends no more rays.
+const MOST_WIDER: f64 = 16.0;
 /// They reach so many radii, in so many steps, and the wall is then bracketed by so many halvings.
 const REACH: f64 = 1.25;
 const STEPS: u32 = 7;
@@ -82,8 +84,9 @@ impl Shallow {
         check.within("steps", self.steps.into(), [1.0, 100.0], "(no unit)")
     }
 
-    /// The primitives of all steps, in order, where `stress` σ is in [0, 1] and `allowed` holds. The same on any number of
-    /// threads.
+    /// The primitives of all steps, in order, where `stress` σ is in [0, 1] and `allowed` holds. The first step acts on what is
+    /// left of the heightfield and on the walls of what was carved before, a further one on the walls that the last ones left.
+    /// The same on any number of threads.
     pub fn erode(
         &self,
         site: &Site<'_>,
@@ -96,11 +99,13 @@ impl Shallow {
         let mut candidates = sprinkle(site.surface, &site.region, self.spacing, enough, mix(seed, 0));
         for step in 0..self.steps {
             let seed = mix(seed, step + 1);
-            if step > 0 {
-                let so_far = site.before.iter().chain(&all).copied().collect();
-                let Ok(carved) = Volume::terrain(site.ground.clone(), so_far) else { break };
-                let centres: Vec<DVec3> = all.iter().map(centre).collect();
-                candidates = self.on_walls(&carved, &centres, seed);
+            let from = if step == 0 { site.before } else { &all };
+            if !from.is_empty() {
+                let so_far = if step == 0 { from.to_vec() } else { site.before.iter().chain(&all).copied().collect() };
+                let Ok(solid) = Volume::terrain(site.ground.clone(), so_far) else { break };
+                // Of the heightfield only what nothing has changed is still surface.
+                candidates.retain(|p| step == 0 && solid.value(*p) == site.ground.value(*p));
+                candidates.extend(on_walls(&solid, from, self.radius, seed));
             }
             let within: Vec<(DVec3, f64)> = candidates
                 .par_iter()
@@ -130,17 +135,20 @@ impl Shallow {
         let energy = (-self.strength * effect) as f32;
         (effect >= self.threshold && energy < 0.0).then_some(Primitive { skeleton, radius: self.radius as f32, energy })
     }
+}
 
-    /// Points where rays from `centres`, which are in the air, meet rock.
-    fn on_walls(&self, carved: &Volume, centres: &[DVec3], seed: u32) -> Vec<DVec3> {
-        let rays = |&from: &DVec3| {
-            let random = Random::at(seed, from);
-            let open = carved.value(from) < THRESHOLD;
-            (0..if open { RAYS } else { 0 })
-                .filter_map(move |ray| wall(carved, from, random.direction(ray), REACH * self.radius))
-        };
-        centres.par_iter().flat_map_iter(rays).collect()
-    }
+/// Points where rays from the centres of `carvers` that are in the air meet rock. Those wider than `radius` send as many more as
+/// their surface is larger.
+fn on_walls(solid: &Volume, carvers: &[Primitive], radius: f64, seed: u32) -> Vec<DVec3> {
+    let rays = |one: &Primitive| {
+        let from = centre(one);
+        let (random, reach) = (Random::at(seed, from), REACH * f64::from(one.radius));
+        let wider = (f64::from(one.radius) / radius).clamp(1.0, MOST_WIDER);
+        let rays = (f64::from(RAYS) * wider * wider) as u32;
+        let open = solid.value(from) < THRESHOLD;
+        (0..if open { rays } else { 0 }).filter_map(move |ray| wall(solid, from, random.direction(ray), reach))
+    };
+    carvers.par_iter().flat_map_iter(rays).collect()
 }
 
 /// The first rock along a ray from air.
@@ -159,7 +167,10 @@ fn wall(carved: &Volume, from: DVec3, direction: DVec3, reach: f64) -> Option<DV
 fn centre(primitive: &Primitive) -> DVec3 {
     match primitive.skeleton {
         Skeleton::Point(at) => DVec3::from_array(at.map(f64::from)),
-        _ => DVec3::NAN,
+        _ => {
+            let support = primitive.support();
+            support.low.midpoint(support.high)
+        }
     }
 }
 
@@ -177,12 +188,15 @@ mod tests {
     }
 
     fn eroded(volume: &Volume, threads: usize, seed: u32, erosion: &Shallow) -> Vec<Primitive> {
+        on(volume, &[], threads, seed, erosion)
+    }
+
+    fn on(volume: &Volume, before: &[Primitive], threads: usize, seed: u32, erosion: &Shallow) -> Vec<Primitive> {
         let Volume::Ground(surface, _) = volume else { panic!("a ground") };
         let geology = Archetype::HorizontalStrata.geology();
         let region = Box3::new(DVec3::new(5.0, 5.0, -6.0), DVec3::new(55.0, 55.0, 6.0));
         let most = Grid::new(DVec2::ZERO, DVec2::ONE, 61, 61, vec![1.0f32; 61 * 61]).unwrap();
-        let site =
-            Site { ground: volume, before: &[], surface, geology: &geology, region, most: &most, limit: usize::MAX };
+        let site = Site { ground: volume, before, surface, geology: &geology, region, most: &most, limit: usize::MAX };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| erosion.erode(&site, |p| (1.0 - p.z.abs() / 6.0).max(0.0), |p| p.y < 40.0, seed))
     }
@@ -213,6 +227,24 @@ mod tests {
         // Control: the samples of a smaller spacing are too near.
         let close = eroded(&volume, 1, 4, &Shallow { spacing: 2.0, ..erosion });
         assert!(nearest(&close) < 3.0 && close.len() > made.len());
+    }
+
+    #[test]
+    fn what_was_carved_before_is_eroded_and_what_it_took_is_not() {
+        let volume = cliff();
+        // A cave whose mouth is in the wall.
+        let cave = |x: f32| Primitive { skeleton: Skeleton::Point([x, 20.0, 0.0]), radius: 8.0, energy: -3.0 };
+        let before = [cave(29.0), cave(33.0), cave(37.0)];
+        let erosion = Shallow { spacing: 2.0, radius: 3.0, ..Shallow::default() };
+        let solid = Volume::terrain(volume.clone(), before.to_vec()).unwrap();
+        let off =
+            |made: &[Primitive]| made.iter().filter(|one| (solid.value(centre(one)) - THRESHOLD).abs() > 0.05).count();
+        let made = on(&volume, &before, 1, 4, &erosion);
+        assert_eq!(made, on(&volume, &before, 2, 4, &erosion));
+        assert_eq!(off(&made), 0);
+        assert!(made.iter().filter(|one| centre(one).x > 33.0).count() > 5, "the cave's own walls");
+        // Control: samples of the heightfield alone hang in the mouth.
+        assert!(off(&on(&volume, &[], 1, 4, &erosion)) > 0);
     }
 
     #[test]
