@@ -1,6 +1,7 @@
 //! The interpreter of tile programs on the device. Twin: `terrain_model::program::TileProgram::run` on `f32`, with the same
 //! order of operations.
 
+pub mod conformance;
 pub mod encode;
 
 #[cfg(test)]
@@ -34,7 +35,9 @@ pub enum ProgramError {
         limit: usize,
     },
     /// One of its buffers does not fit a binding.
-    #[error("the program's {what} take {bytes} bytes; a binding of this device holds {limit}: prune it to smaller tiles")]
+    #[error(
+        "the program's {what} take {bytes} bytes; a binding of this device holds {limit}: prune it to smaller tiles"
+    )]
     TooLarge {
         /// Which buffer.
         what: &'static str,

@@ -103,7 +103,8 @@ impl Program {
 impl Instruction {
     /// The names of all kinds of instructions, in the order of their opcodes.
     pub fn names() -> Vec<String> {
-        let maps = ["Enter", "Leave"].into_iter().flat_map(|way| Map::NAMES.iter().map(move |name| format!("{way}{name}")));
+        let maps =
+            ["Enter", "Leave"].into_iter().flat_map(|way| Map::NAMES.iter().map(move |name| format!("{way}{name}")));
         Leaf::NAMES.iter().chain(Operator::NAMES).map(|name| (*name).to_owned()).chain(maps).collect()
     }
     /// The name of its kind.
