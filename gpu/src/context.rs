@@ -205,7 +205,8 @@ impl Context {
 
     /// The most bytes that one storage binding of the device holds.
     pub fn largest_binding(&self) -> u64 {
-        u64::from(self.device.limits().max_storage_buffer_binding_size).min(self.device.limits().max_buffer_size)
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
     /// The same on several inputs, none of them empty: bindings 0, 1, … in their order, and the output after them.

@@ -32,6 +32,14 @@ fn run(x: vec2<f32>) -> vec2<f32> {
                 stack[top] = detail_disc(k, here);
                 top += 1u;
             }
+            case CURVE: {
+                stack[top] = curve(k, here);
+                top += 1u;
+            }
+            case CONTOUR: {
+                stack[top] = contour(k, here);
+                top += 1u;
+            }
             case BEGIN_BLEND: {
                 stack[top] = vec2<f32>(0.0);
                 top += 1u;

@@ -8,6 +8,8 @@ use terrain_model::program::{Instruction, TileProgram};
 pub const SUPPORTED: &[&str] = &[
     "Disc",
     "DetailDisc",
+    "Curve",
+    "Contour",
     "Blend",
     "Replace",
     "Add",

@@ -74,6 +74,7 @@ pub fn source(depth: [usize; 2]) -> String {
         text.as_str(),
         include_str!("../../shaders/program/noise.wgsl"),
         include_str!("../../shaders/program/primitives.wgsl"),
+        include_str!("../../shaders/program/curves.wgsl"),
         include_str!("../../shaders/program/operators.wgsl"),
         include_str!("../../shaders/program/machine.wgsl"),
     ]

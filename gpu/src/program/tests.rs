@@ -1,10 +1,11 @@
 use super::*;
 use crate::context::required;
 use glam::{DVec2, DVec3};
-use terrain_model::primitive::curve::Curve;
+use std::sync::Arc;
 use terrain_model::primitive::disc::Disc;
+use terrain_model::primitive::image::Image;
+use terrain_model::primitive::quad::{Quad, Spread};
 use terrain_model::program::{Instruction, Program, TileProgram};
-use terrain_model::spline::Path;
 use terrain_model::tree::{Node, Tree};
 
 fn context() -> Option<Context> {
@@ -29,7 +30,7 @@ fn encode(tree: &Tree, root: terrain_model::tree::NodeId) -> Result<Encoded, Pro
 #[test]
 fn the_device_agrees_with_f64_within_the_derived_tolerance_and_a_perturbed_shader_does_not() {
     let Some(context) = context() else { return };
-    let outcome = conformance::run(&context, 96, 5).unwrap();
+    let outcome = conformance::run(&context, 96, 5).unwrap_or_else(|error| panic!("{error}"));
     eprintln!("{}: {outcome:?}", context.description().name);
     assert_eq!((outcome.failures, outcome.lane_failures), (0, 0), "{outcome:?}");
     assert!(outcome.cases > 5_000 && outcome.vacuous * 20 < outcome.cases, "{outcome:?}");
@@ -52,10 +53,13 @@ fn opcodes_of_the_shader_are_those_of_the_model_and_it_runs_what_it_says_it_runs
 #[test]
 fn a_node_that_the_shader_does_not_run_is_named() {
     let mut tree = Tree::new();
-    let path = Path::Polyline(vec![DVec3::ZERO, DVec3::new(100.0, 0.0, 5.0)]);
-    let root = tree.push(Curve::new(path, 20.0, Vec::new()));
+    let image = Image::new(3, 3, vec![1.0; 9]).map(Arc::new).unwrap();
+    let spread =
+        Spread { image, weights: None, weight: 1.0, margin: [0.2; 2], elevation_scale: 1.0, elevation_offset: 0.0 };
+    let corners = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]].map(DVec2::from_array);
+    let root = tree.push(Quad { spread, corners });
     let refused = encode(&tree, root).unwrap_err().to_string();
-    assert!(refused.contains("`Curve`") && !refused.contains('\n'), "{refused}");
+    assert!(refused.contains("`Quad`") && !refused.contains('\n'), "{refused}");
 }
 
 #[test]
