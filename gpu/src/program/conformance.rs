@@ -133,13 +133,8 @@ pub fn cases() -> Result<Vec<Case>, String> {
             };
             (-5..=5).map(at).collect()
         };
-        let paths = [
-            ("segment", Path::Polyline(course(80.0)[4..6].to_vec())),
-            ("polyline", Path::Polyline(course(80.0))),
-            ("smooth", Path::Smooth(course(90.0))),
-        ];
+        let paths = [("polyline", Path::Polyline(course(80.0))), ("smooth", Path::Smooth(course(90.0)))];
         for (name, path) in paths {
-            push(&format!("curve {name}"), &|tree| Ok(tree.push(Curve::new(path.clone(), 120.0, bank.clone()))))?;
             push(&format!("curve {name}, sections"), &|tree| {
                 let even = vec![knot(-50.0, 20.0, 0.0), knot(0.0, -5.0, 0.0), knot(50.0, 20.0, 0.0)];
                 let sections = [(0.0, even), (300.0, bank.clone())];
@@ -147,6 +142,10 @@ pub fn cases() -> Result<Vec<Case>, String> {
                 Ok(tree.push(Curve { sections, ..Curve::new(path.clone(), 120.0, Vec::new()) }))
             })?;
         }
+        push("curve segment", &|tree| {
+            let path = Path::Polyline(course(80.0)[4..6].to_vec());
+            Ok(tree.push(Curve::new(path, 120.0, bank.clone())))
+        })?;
         push("contour", &|tree| {
             let rays = (0..5u32).map(|k| Ray {
                 angle: None,
