@@ -49,9 +49,9 @@ pub struct Outcome {
     pub failures: usize,
     /// Values of the `f32` lanes outside the derived error itself.
     pub lane_failures: usize,
-    /// Values of a perturbed shader outside the tolerance.
+    /// Values of perturbed shaders outside the tolerance.
     pub control_failures: usize,
-    /// Programs in which the perturbed shader went unnoticed.
+    /// Programs in which a perturbed shader went unnoticed: one in its weights, one in its noise.
     pub blind_controls: usize,
     /// Largest distance of the device from the oracle, in units of the last place of an `f32` as large as the oracle, at
     /// least 1.
@@ -247,38 +247,39 @@ impl Case {
 /// When a case cannot be compiled or the device fails.
 pub fn run(context: &Context, count: u32, seed: u32) -> Result<Outcome, ConformanceError> {
     let mut outcome = Outcome::default();
-    let mut machines: Option<[Interpreter; 2]> = None;
+    let depth = [16; 2];
+    let text = source(depth);
+    // Every weight is off by a share of 10⁻⁴; every noise follows another fade.
+    let perturbed = [("return v * v * v;", "return v * v * v * 1.0001;"), ("- 15.0)", "- 14.99)")];
+    let machine = Interpreter::compile(context, &text, depth)?;
+    let [control, noise_control] =
+        perturbed.map(|(right, wrong)| Interpreter::compile(context, &text.replace(right, wrong), depth));
+    let (control, noise_control) = (control?, noise_control?);
     for case in cases().map_err(ConformanceError::Case)? {
         // Where a tile of a bake might start, not on the features.
         let origin = case.middle + DVec2::new(-401.7, -322.9);
         let tile = TileProgram::new(&case.program, origin);
         let points = case.points(&tile, count, seed);
         let encoded = Encoded::new(&tile)?;
-        let [machine, control] = match machines.take() {
-            Some(machines) => machines,
-            None => {
-                let depth = [16; 2];
-                let perturbed = source(depth).replace("return v * v * v;", "return v * v * v * 1.0001;");
-                [
-                    Interpreter::compile(context, &source(depth), depth)?,
-                    Interpreter::compile(context, &perturbed, depth)?,
-                ]
-            }
-        };
         let device = machine.evaluate(context, &encoded, &points)?;
-        let perturbed = control.evaluate(context, &encoded, &points)?;
-        machines = Some([machine, control]);
+        let wrong_weight = control.evaluate(context, &encoded, &points)?;
+        let wrong_noise = noise_control.evaluate(context, &encoded, &points)?;
         let lanes = on_lanes(&case.program, &tile, &points);
         outcome.programs += 1;
         let before = outcome.control_failures;
+        let mut noise_control = Outcome::default();
         let (mut single, mut rounded) = (tile.evaluator::<f64>(), tile.evaluator::<Rounded>());
         for (k, point) in points.iter().enumerate() {
             let exact = tile.run(&mut single, point.map(f64::from));
             let fixed = point.map(|x| Rounded::new(Interval::point(f64::from(x)), 0.0));
             let derived = tile.run(&mut rounded, fixed);
-            outcome.compare([exact.0, exact.1], [derived.0.error, derived.1.error], device[k], perturbed[k], lanes[k]);
+            let (exact, error) = ([exact.0, exact.1], [derived.0.error, derived.1.error]);
+            outcome.compare(exact, error, device[k], wrong_weight[k], lanes[k]);
+            noise_control.compare(exact, error, device[k], wrong_noise[k], lanes[k]);
         }
         outcome.blind_controls += usize::from(outcome.control_failures == before);
+        outcome.blind_controls += usize::from(!tile.octaves().is_empty() && noise_control.control_failures == 0);
+        outcome.control_failures += noise_control.control_failures;
     }
     Ok(outcome)
 }
