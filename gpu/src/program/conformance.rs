@@ -5,7 +5,7 @@
 //! and a contracted multiply-add only leaves a rounding out. It may be off by 2.5 ulp (5 half units) in a quotient and by
 //! about 4.5 (9 half units) in a root, which Vulkan derives from 1/inverseSqrt. A bound is a sum of local errors times
 //! factors that are common to both, so what the device may do is at most 9 times the bound to first order: [`DEVICE`] leaves
-//! one more for what is of second order. Subnormal numbers may be flushed; that is [`FLUSHED`].
+//! one more for what is of second order. Subnormal numbers may be flushed; that is `FLUSHED`.
 
 use super::encode::Encoded;
 use super::{Interpreter, ProgramError, source};
