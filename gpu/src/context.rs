@@ -200,12 +200,53 @@ impl Context {
         input: &[u32],
         output_words: usize,
     ) -> Result<Vec<u32>, ContextError> {
-        let bytes: Vec<u8> = input.iter().flat_map(|word| word.to_le_bytes()).collect();
-        let input = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("input"),
-            contents: &bytes,
-            usage: wgpu::BufferUsages::STORAGE,
-        });
+        self.run_on(kernel, groups, &[input], output_words)
+    }
+
+    /// The most bytes that one storage binding of the device holds.
+    pub fn largest_binding(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    /// The same on several inputs, none of them empty: bindings 0, 1, … in their order, and the output after them.
+    ///
+    /// # Errors
+    /// When the device refuses a buffer or the dispatch, does not finish in time, or the result cannot be read.
+    pub fn run_on(
+        &self,
+        kernel: &wgpu::ComputePipeline,
+        groups: [u32; 2],
+        inputs: &[&[u32]],
+        output_words: usize,
+    ) -> Result<Vec<u32>, ContextError> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let submitted = self.submit(kernel, groups, inputs, output_words);
+        let refused = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
+        if let Some(source) = refused.into_iter().flatten().next() {
+            return Err(ContextError::Kernel { kernel: "a dispatch", source });
+        }
+        self.read_back(submitted)
+    }
+
+    /// Queues the dispatch and the copy of its output to a buffer that the host can read.
+    fn submit(
+        &self,
+        kernel: &wgpu::ComputePipeline,
+        groups: [u32; 2],
+        inputs: &[&[u32]],
+        output_words: usize,
+    ) -> (wgpu::Buffer, wgpu::SubmissionIndex) {
+        let uploaded = |words: &&[u32]| {
+            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("input"),
+                contents: &bytes,
+                usage: wgpu::BufferUsages::STORAGE,
+            })
+        };
+        let mut buffers: Vec<wgpu::Buffer> = inputs.iter().map(uploaded).collect();
         let size = 4 * output_words as u64;
         let buffer = |label, usage| {
             self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -217,13 +258,16 @@ impl Context {
         };
         let output = buffer("output", wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
         let host = buffer("host", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+        buffers.push(output.clone());
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
+            .iter()
+            .zip(0..)
+            .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
         let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &kernel.get_bind_group_layout(0),
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
-            ],
+            entries: &entries,
         });
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -233,7 +277,11 @@ impl Context {
         drop(pass);
         encoder.copy_buffer_to_buffer(&output, 0, &host, 0, size);
         let submission = self.queue.submit([encoder.finish()]);
+        (host, submission)
+    }
 
+    /// Waits for a submission and reads its words.
+    fn read_back(&self, (host, submission): (wgpu::Buffer, wgpu::SubmissionIndex)) -> Result<Vec<u32>, ContextError> {
         let (sender, receiver) = mpsc::channel();
         host.map_async(wgpu::MapMode::Read, .., move |result| {
             // The receiver lives until the end of this function; without it nobody waits for the answer.

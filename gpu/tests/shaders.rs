@@ -14,12 +14,25 @@ fn every_shader_is_valid() {
     let mut count = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
+        if path.is_dir() {
+            continue; // Parts of one shader, which the next test joins.
+        }
         assert_eq!(path.extension().and_then(|e| e.to_str()), Some("wgsl"), "{} is no shader", path.display());
         let source = std::fs::read_to_string(&path).unwrap();
         validate(&source).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         count += 1;
     }
     assert!(count >= 1);
+}
+
+#[test]
+fn the_interpreter_is_valid_and_holds_every_part_in_its_folder() {
+    let joined = terrain_gpu::program::source([8, 8]);
+    validate(&joined).unwrap();
+    for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/program")).unwrap() {
+        let part = std::fs::read_to_string(entry.unwrap().path()).unwrap();
+        assert!(joined.contains(&part));
+    }
 }
 
 #[test]

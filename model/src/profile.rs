@@ -178,6 +178,10 @@ impl Sections {
     fn stride(self) -> usize {
         SECTION_WIDTH + usize::from(self.pieces) * PIECE_WIDTH
     }
+    /// Appends its numbers of sections and of pieces, and 1 where all are even.
+    pub(crate) fn fields(self, out: &mut Vec<u32>) {
+        out.extend([u32::from(self.count), u32::from(self.pieces), u32::from(self.even)]);
+    }
     /// Number of parameters.
     pub fn width(self) -> usize {
         usize::from(self.count) * self.stride()

@@ -17,6 +17,9 @@ pub struct Code {
 }
 
 impl Combine for Code {
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.extend([self.at(), self.rule as u32]);
+    }
     #[inline(always)]
     fn operands(&self) -> usize {
         2

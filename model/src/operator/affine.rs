@@ -67,6 +67,9 @@ pub struct Code {
 }
 
 impl Frame for Code {
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.push(self.at);
+    }
     #[inline(always)]
     fn at(&self) -> u32 {
         self.at

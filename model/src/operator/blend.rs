@@ -14,6 +14,9 @@ pub struct Code {
 }
 
 impl Combine for Code {
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.extend([self.at(), self.operands]);
+    }
     #[inline(always)]
     fn operands(&self) -> usize {
         self.operands as usize

@@ -61,6 +61,9 @@ pub struct Code {
 }
 
 impl Combine for Code {
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.extend([self.at, self.passage as u32]);
+    }
     #[inline(always)]
     fn at(&self) -> u32 {
         self.at

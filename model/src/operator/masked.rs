@@ -108,6 +108,9 @@ fn mask<R: Number, P: Copy + Into<f64>>(p: Parameters<P>, a: &[Operand<R>]) -> R
 }
 
 impl Combine for Code {
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.extend([self.at, self.joining as u32]);
+    }
     #[inline(always)]
     fn at(&self) -> u32 {
         self.at

@@ -74,6 +74,8 @@ pub trait Combine: Copy {
     }
     /// How many operands.
     fn operands(&self) -> usize;
+    /// Appends what the instruction says beside its kind, as words: the index of its first parameter, then its own fields.
+    fn fields(&self, out: &mut Vec<u32>);
     /// The result at `x`.
     fn combine<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, x: [R; 2], parts: &[Operand<R>]) -> Operand<R>;
     /// Bounds of the result over a region.
@@ -107,6 +109,8 @@ pub trait Combine: Copy {
 pub trait Frame: Copy {
     /// Index of its first parameter.
     fn at(&self) -> u32;
+    /// Appends what the instruction says beside its kind, as words: the index of its first parameter, then its own fields.
+    fn fields(&self, out: &mut Vec<u32>);
     /// The point carried into the operand's frame.
     fn enter<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, x: [R; 2]) -> [R; 2];
     /// The operand's value carried back.
@@ -136,10 +140,22 @@ macro_rules! combines {
             $($(#[$doc])* $name($code),)*
         }
 
+        impl Operator {
+            /// The name of each kind, in the order of the enum.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($name),)*];
+            /// The name of this one.
+            pub fn name(&self) -> &'static str {
+                match self { $(Operator::$name(_) => stringify!($name),)* }
+            }
+        }
+
         impl Combine for Operator {
             #[inline(always)]
             fn at(&self) -> u32 {
                 match self { $(Operator::$name(code) => code.at(),)* }
+            }
+            fn fields(&self, out: &mut Vec<u32>) {
+                match self { $(Operator::$name(code) => code.fields(out),)* }
             }
             #[inline(always)]
             fn operands(&self) -> usize {
@@ -199,10 +215,22 @@ macro_rules! frames {
             $($(#[$doc])* $name($code),)*
         }
 
+        impl Map {
+            /// The name of each kind, in the order of the enum.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($name),)*];
+            /// The name of this one.
+            pub fn name(&self) -> &'static str {
+                match self { $(Map::$name(_) => stringify!($name),)* }
+            }
+        }
+
         impl Frame for Map {
             #[inline(always)]
             fn at(&self) -> u32 {
                 match self { $(Map::$name(code) => code.at(),)* }
+            }
+            fn fields(&self, out: &mut Vec<u32>) {
+                match self { $(Map::$name(code) => code.fields(out),)* }
             }
             #[inline(always)]
             fn enter<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, x: [R; 2]) -> [R; 2] {

@@ -204,6 +204,9 @@ impl Code {
 }
 
 impl Frame for Code {
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.extend([self.at, u32::from(self.controls)]);
+    }
     #[inline(always)]
     fn at(&self) -> u32 {
         self.at

@@ -289,6 +289,9 @@ impl Leaf for Code {
     fn at(&self) -> u32 {
         self.at
     }
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.extend([self.at, u32::from(self.rays), u32::from(self.pieces)]);
+    }
     fn words(&self) -> usize {
         2
     }

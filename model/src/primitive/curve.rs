@@ -164,6 +164,10 @@ impl Leaf for Code {
     fn at(&self) -> u32 {
         self.at
     }
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.extend([self.at, u32::from(self.arcs)]);
+        self.sections.fields(out);
+    }
     fn words(&self) -> usize {
         2
     }

@@ -136,6 +136,9 @@ impl Leaf for Code {
     fn at(&self) -> u32 {
         self.at
     }
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.extend([self.at, self.first, self.octaves, u32::from(self.turbulence)]);
+    }
     fn words(&self) -> usize {
         2
     }

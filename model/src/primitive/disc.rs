@@ -155,6 +155,19 @@ impl Leaf for Code {
     fn at(&self) -> u32 {
         self.at
     }
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.push(self.at);
+        let Some(noise) = &self.noise else { return };
+        let single = |value: f64| (value as f32).to_bits();
+        let (kind, constants) = match noise.combination {
+            Combination::Sum => (0, [0, 0]),
+            Combination::Turbulence => (1, [0, 0]),
+            Combination::Ridged { offset, sharpness } => (2, [single(offset), single(sharpness)]),
+            Combination::Multifractal { offset } => (3, [single(offset), 0]),
+            Combination::Hybrid { offset } => (4, [single(offset), 0]),
+        };
+        out.extend([noise.first, noise.octaves, kind, constants[0], constants[1]]);
+    }
     fn words(&self) -> usize {
         if self.noise.is_some() { 2 } else { 1 }
     }

@@ -157,6 +157,13 @@ impl Leaf for Code {
     fn at(&self) -> u32 {
         self.at
     }
+    fn fields(&self, out: &mut Vec<u32>) {
+        let [i, j] = self.base;
+        out.extend([self.at, u32::from(self.image), i as u32, j as u32]);
+        let Some(weights) = self.weights else { return };
+        let [i, j] = self.weights_base;
+        out.extend([u32::from(weights), i as u32, j as u32]);
+    }
     fn words(&self) -> usize {
         2
     }

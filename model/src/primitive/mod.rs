@@ -94,6 +94,8 @@ pub trait Authored {
 pub trait Leaf: Copy {
     /// Index of its first parameter.
     fn at(&self) -> u32;
+    /// Appends what the instruction says beside its kind, as words: the index of its first parameter, then its own fields.
+    fn fields(&self, out: &mut Vec<u32>);
     /// 32-bit words of the compact form of the instruction.
     fn words(&self) -> usize {
         1
@@ -188,6 +190,15 @@ macro_rules! define {
             $($(#[$doc])* $name($file::Code),)*
         }
 
+        impl Code {
+            /// The name of each kind, in the order of the enum.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($name),)*];
+            /// The name of this one.
+            pub fn name(&self) -> &'static str {
+                match self { $(Code::$name(_) => stringify!($name),)* }
+            }
+        }
+
         $(impl From<$file::$authored> for Primitive {
             fn from(primitive: $file::$authored) -> Primitive {
                 Primitive::$name(primitive)
@@ -207,6 +218,9 @@ macro_rules! define {
             #[inline(always)]
             fn at(&self) -> u32 {
                 match self { $(Code::$name(code) => code.at(),)* }
+            }
+            fn fields(&self, out: &mut Vec<u32>) {
+                match self { $(Code::$name(code) => code.fields(out),)* }
             }
             fn words(&self) -> usize {
                 match self { $(Code::$name(code) => code.words(),)* }

@@ -253,6 +253,10 @@ impl Leaf for Code {
     fn at(&self) -> u32 {
         self.at
     }
+    fn fields(&self, out: &mut Vec<u32>) {
+        out.extend([self.at, u32::from(self.image), u32::from(self.pieces)]);
+        out.extend(self.weights.map(u32::from));
+    }
     fn words(&self) -> usize {
         2
     }

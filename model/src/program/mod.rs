@@ -21,7 +21,7 @@ pub use run::{Evaluator, Sample};
 pub use tile::TileProgram;
 
 use crate::noise::{Bounds as NoiseBounds, Octave};
-use crate::operator::{Map, Operator, WeightRule};
+use crate::operator::{Combine as _, Frame as _, Map, Operator, WeightRule};
 use crate::primitive::image::Image;
 use crate::primitive::{Code as Leaf, Leaf as _, Parameters, Tables};
 use std::sync::Arc;
@@ -101,6 +101,39 @@ impl Program {
 }
 
 impl Instruction {
+    /// The names of all kinds of instructions, in the order of their opcodes.
+    pub fn names() -> Vec<String> {
+        let maps =
+            ["Enter", "Leave"].into_iter().flat_map(|way| Map::NAMES.iter().map(move |name| format!("{way}{name}")));
+        Leaf::NAMES.iter().chain(Operator::NAMES).map(|name| (*name).to_owned()).chain(maps).collect()
+    }
+    /// The name of its kind.
+    pub fn name(&self) -> String {
+        match self {
+            Instruction::Leaf(leaf) => leaf.name().to_owned(),
+            Instruction::Combine(operator) => operator.name().to_owned(),
+            Instruction::Enter(map) => format!("Enter{}", map.name()),
+            Instruction::Leave(map) => format!("Leave{}", map.name()),
+        }
+    }
+    /// What it says beside its kind, as words: the index of its first parameter, then its own fields.
+    pub fn fields(&self) -> Vec<u32> {
+        let mut out = Vec::new();
+        match self {
+            Instruction::Leaf(leaf) => leaf.fields(&mut out),
+            Instruction::Combine(operator) => operator.fields(&mut out),
+            Instruction::Enter(map) | Instruction::Leave(map) => map.fields(&mut out),
+        }
+        out
+    }
+    /// How many values it takes from the stack. All but `Enter` leave one.
+    pub fn operands(&self) -> usize {
+        match self {
+            Instruction::Leaf(_) | Instruction::Enter(_) => 0,
+            Instruction::Combine(operator) => operator.operands(),
+            Instruction::Leave(_) => 1,
+        }
+    }
     /// 32-bit words of the compact form: one word of opcode and small fields with the parameter index, and what does
     /// not fit into it.
     pub fn words(&self) -> usize {

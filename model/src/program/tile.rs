@@ -3,6 +3,7 @@
 
 use super::run::Text;
 use super::{Evaluator, Instruction, Program, TileLayout};
+use crate::noise::Octave;
 use crate::operator::{Combine, Frame};
 use crate::primitive::image::Image;
 use crate::primitive::{Leaf, Number, Tables};
@@ -51,6 +52,14 @@ impl TileProgram {
     /// The instructions.
     pub fn code(&self) -> &[Instruction] {
         &self.code
+    }
+    /// The parameters, relative to the origin and rounded once.
+    pub fn parameters(&self) -> &[f32] {
+        &self.layout.parameters
+    }
+    /// The octaves of every noise, placed for the origin.
+    pub fn octaves(&self) -> &[Octave<2>] {
+        &self.layout.octaves
     }
     pub(crate) fn depth(&self) -> [usize; 2] {
         self.depth
