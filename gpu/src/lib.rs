@@ -2,3 +2,4 @@
 
 pub mod context;
 pub mod lattice_hash;
+pub mod tessellate;

@@ -1,0 +1,129 @@
+//! Which triangles a camera needs: stateless nested longest-edge bisection. Each triangle decides from its own integers,
+//! and neighbours decide alike, so that no list of neighbours is kept and no edge opens.
+//!
+//! A triangle of level l splits if the eye is nearer than R(l) to the vertical segment over the middle of its long edge
+//! that spans the enclosure of [`Triangle::reach`]. Both triangles at an edge share middle, level and enclosure, so they
+//! decide alike. What is left is that a triangle which splits has a parent that splits *on both sides*: let m′ be the
+//! middle of a child of a triangle with middle m. Segments nest in height, and |m − m′| = e(l)/(2√2) for a long edge
+//! e(l), so distance(m) ≤ distance(m′) + e(l)/(2√2) < R(l+1) + e(l)/(2√2) ≤ R(l).
+
+use super::displace::Detail;
+use super::ground::Ground;
+use super::triangle::{FINEST, LATTICE, Triangle, Vertex};
+use super::view::View;
+
+/// Everything that decides.
+pub struct Refinement<'a> {
+    ground: &'a Ground,
+    detail: &'a Detail,
+    view: View,
+    target: f64,
+    radii: Vec<f64>,
+}
+
+impl<'a> Refinement<'a> {
+    /// Edges of about `target` pixels, leaves of level `finest` at most ([`FINEST`] is the most there is).
+    pub fn new(ground: &'a Ground, detail: &'a Detail, view: View, target: f64, finest: u32) -> Refinement<'a> {
+        let finest = finest.min(FINEST) as usize;
+        let mut radii = vec![0.0; finest + 1];
+        let mut edge = ground.side() * std::f64::consts::SQRT_2;
+        let edges: Vec<f64> = (0..finest)
+            .map(|_| {
+                let this = edge;
+                edge /= std::f64::consts::SQRT_2;
+                this
+            })
+            .collect();
+        let pieces = f64::from(1u32 << (LATTICE / 2));
+        for l in (0..finest).rev() {
+            let wanted = edges[l] * view.focal / (pieces * target);
+            // The excess covers rounding of distances, 1e-15 of them each.
+            radii[l] = wanted.max(radii[l + 1] + edges[l] / 8.0f64.sqrt()) * (1.0 + 1e-5);
+        }
+        Refinement { ground, detail, view, target, radii }
+    }
+    /// R(l) in metres; the last is 0.
+    pub fn radii_mut(&mut self) -> &mut [f64] {
+        &mut self.radii
+    }
+    /// Whether `triangle` is bisected.
+    pub fn splits(&self, triangle: &Triangle) -> bool {
+        let middle = triangle.middle();
+        let block = self.detail.widen(self.ground.enclosure(middle, triangle.reach()));
+        let radius = self.radii[triangle.level as usize];
+        self.view.distance_squared(self.ground.metres(middle), block.elevation) < radius * radius
+    }
+    /// Whether no displaced point of `triangle` can be in the image.
+    pub fn hidden(&self, triangle: &Triangle) -> bool {
+        let block = self.detail.widen(self.ground.enclosure(triangle.middle(), triangle.reach()));
+        let corners = triangle.corners().map(|c| self.ground.metres(c));
+        let (mut low, mut high) = ([0.0, 0.0, block.elevation[0]], [0.0, 0.0, block.elevation[1]]);
+        for axis in 0..2 {
+            let [a, b, c] = corners.map(|c| c[axis]);
+            (low[axis], high[axis]) = (a.min(b).min(c) - block.moved, a.max(b).max(c) + block.moved);
+        }
+        self.view.misses(low, high)
+    }
+    /// The leaves, without those that cannot be in the image if `cull`.
+    pub fn leaves(&self, cull: bool) -> Vec<Triangle> {
+        let mut leaves = Vec::new();
+        let mut list = Triangle::ROOTS.to_vec();
+        while let Some(triangle) = list.pop() {
+            if cull && self.hidden(&triangle) {
+                continue;
+            }
+            if self.splits(&triangle) {
+                list.extend(triangle.children());
+            } else {
+                leaves.push(triangle);
+            }
+        }
+        leaves
+    }
+    /// Distance of vertices that the camera asks for at `vertex`, metres: what bands are limited by. It depends on the
+    /// vertex and the camera alone, so that leaves of two levels agree on a vertex they share.
+    pub fn size(&self, vertex: Vertex) -> f64 {
+        let (p, _) = self.ground.smooth(vertex);
+        self.target * self.view.distance_squared([p[0], p[1]], [p[2]; 2]).sqrt() / self.view.focal
+    }
+    /// Displaced position of `vertex`.
+    pub fn position(&self, vertex: Vertex) -> [f64; 3] {
+        self.detail.position(self.ground, vertex, self.size(vertex))
+    }
+}
+
+/// Edges of triangles in the plane, and whether they fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Census {
+    /// Edges within the domain that do not have exactly two triangles.
+    pub cracks: usize,
+    /// Of these, those whose middle is a vertex of another triangle.
+    pub t_junctions: usize,
+}
+
+impl Census {
+    /// Counts over the lattices of `leaves`, which must cover the domain.
+    pub fn of(leaves: &[Triangle]) -> Census {
+        use super::triangle::SIDE;
+        let mut edges: Vec<[Vertex; 2]> = Vec::new();
+        for triangle in leaves.iter().flat_map(|leaf| leaf.lattice(LATTICE)) {
+            let [a, b, c] = triangle.corners();
+            edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
+        }
+        edges.sort_unstable();
+        let border = |[p, q]: [Vertex; 2]| (0..2).any(|k| p[k] == q[k] && (p[k] == 0 || p[k] == SIDE));
+        let mut odd: Vec<[Vertex; 2]> = Vec::new();
+        for same in edges.chunk_by(|a, b| a == b) {
+            if same.len() != if border(same[0]) { 1 } else { 2 } {
+                odd.push(same[0]);
+            }
+        }
+        let mut ends: Vec<Vertex> = odd.iter().flatten().copied().collect();
+        ends.sort_unstable();
+        let split = |[p, q]: &[Vertex; 2]| {
+            let middle = [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2];
+            ends.binary_search(&middle).is_ok()
+        };
+        Census { cracks: odd.len(), t_junctions: odd.iter().filter(|edge| split(edge)).count() }
+    }
+}
