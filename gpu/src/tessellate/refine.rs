@@ -42,7 +42,30 @@ impl<'a> Refinement<'a> {
         }
         Refinement { ground, detail, view, target, radii }
     }
-    /// R(l) in metres; the last is 0.
+    /// The level at which leaves stop.
+    pub fn finest(&self) -> u32 {
+        self.radii.len() as u32 - 1
+    }
+    /// Achieved lengths of the lattice edges of `leaf` that have an end in the image, over the target: displaced
+    /// edge · focal ÷ distance of its middle. An edge counts once for each of its triangles.
+    pub fn edge_ratios(&self, leaf: &Triangle) -> Vec<f64> {
+        let mut ratios = Vec::new();
+        for triangle in leaf.lattice(LATTICE) {
+            let corners = triangle.corners().map(|vertex| self.position(vertex));
+            let seen = corners.map(|p| self.view.sees(p));
+            for (i, j) in [(0, 1), (1, 2), (2, 0)].into_iter().filter(|(i, j)| seen[*i] || seen[*j]) {
+                let (mut length, mut distance) = (0.0, 0.0);
+                for k in 0..3 {
+                    let (along, middle) = (corners[i][k] - corners[j][k], (corners[i][k] + corners[j][k]) / 2.0);
+                    length += along * along;
+                    distance += (middle - self.view.eye[k]) * (middle - self.view.eye[k]);
+                }
+                ratios.push((length / distance).sqrt() * self.view.focal / self.target);
+            }
+        }
+        ratios
+    }
+    /// R(l) in metres; the last is 0. For controls: a change breaks the nesting.
     pub fn radii_mut(&mut self) -> &mut [f64] {
         &mut self.radii
     }
@@ -89,41 +112,5 @@ impl<'a> Refinement<'a> {
     /// Displaced position of `vertex`.
     pub fn position(&self, vertex: Vertex) -> [f64; 3] {
         self.detail.position(self.ground, vertex, self.size(vertex))
-    }
-}
-
-/// Edges of triangles in the plane, and whether they fit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Census {
-    /// Edges within the domain that do not have exactly two triangles.
-    pub cracks: usize,
-    /// Of these, those whose middle is a vertex of another triangle.
-    pub t_junctions: usize,
-}
-
-impl Census {
-    /// Counts over the lattices of `leaves`, which must cover the domain.
-    pub fn of(leaves: &[Triangle]) -> Census {
-        use super::triangle::SIDE;
-        let mut edges: Vec<[Vertex; 2]> = Vec::new();
-        for triangle in leaves.iter().flat_map(|leaf| leaf.lattice(LATTICE)) {
-            let [a, b, c] = triangle.corners();
-            edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
-        }
-        edges.sort_unstable();
-        let border = |[p, q]: [Vertex; 2]| (0..2).any(|k| p[k] == q[k] && (p[k] == 0 || p[k] == SIDE));
-        let mut odd: Vec<[Vertex; 2]> = Vec::new();
-        for same in edges.chunk_by(|a, b| a == b) {
-            if same.len() != if border(same[0]) { 1 } else { 2 } {
-                odd.push(same[0]);
-            }
-        }
-        let mut ends: Vec<Vertex> = odd.iter().flatten().copied().collect();
-        ends.sort_unstable();
-        let split = |[p, q]: &[Vertex; 2]| {
-            let middle = [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2];
-            ends.binary_search(&middle).is_ok()
-        };
-        Census { cracks: odd.len(), t_junctions: odd.iter().filter(|edge| split(edge)).count() }
     }
 }

@@ -1,8 +1,9 @@
 //! What tessellation promises, on cameras over a rough synthetic ground, each with a rule broken beside it.
 
+use super::census::Census;
 use super::displace::{Detail, Space};
 use super::ground::Ground;
-use super::refine::{Census, Refinement};
+use super::refine::Refinement;
 use super::triangle::{FINEST, LATTICE, SIDE, Triangle, Vertex};
 use super::view::View;
 use std::collections::{BTreeSet, HashSet};
@@ -98,24 +99,29 @@ fn displacement_keeps_within_its_amplitude_and_comes_near_it() {
 }
 
 #[test]
-fn culling_drops_nothing_in_the_image_and_flat_boxes_would() {
+fn culling_drops_nothing_in_the_image_and_boxes_of_flat_triangles_do() {
     let (ground, detail) = (ground(), detail());
-    let (mut dropped, mut kept) = (0, 0);
+    let (mut dropped, mut kept, mut lost_by_flat_boxes) = (0, 0, 0);
     for k in 0..24 {
         let view = camera(&ground, k);
         let refinement = Refinement::new(&ground, &detail, view, 24.0, 22);
         let seen: HashSet<Triangle> = refinement.leaves(true).into_iter().collect();
         for leaf in refinement.leaves(false) {
+            let corners = leaf.corners().map(|c| ground.smooth(c).0);
+            let flat =
+                |pick: fn(f64, f64) -> f64| [0, 1, 2].map(|k| corners.map(|c| c[k]).into_iter().reduce(pick).unwrap());
+            let visible = || vertices(&leaf).into_iter().any(|v| view.sees(refinement.position(v)));
+            lost_by_flat_boxes += usize::from(view.misses(flat(f64::min), flat(f64::max)) && visible());
             if seen.contains(&leaf) {
                 kept += 1;
                 continue;
             }
             dropped += 1;
-            let visible = vertices(&leaf).into_iter().any(|v| view.sees(refinement.position(v)));
-            assert!(!visible, "camera {k} lost {leaf:?}");
+            assert!(!visible(), "camera {k} lost {leaf:?}");
         }
     }
     assert!(dropped > 1000 && kept > 1000, "{dropped} dropped, {kept} kept");
+    assert!(lost_by_flat_boxes > 0);
 }
 
 #[test]
@@ -128,4 +134,20 @@ fn someone_on_a_peak_has_the_finest_level_at_their_feet() {
     let leaves = Refinement::new(&ground, &detail, view, 24.0, 20).leaves(false);
     let feet: Vec<u32> = leaves.iter().filter(|leaf| leaf.corners().contains(&at)).map(|leaf| leaf.level).collect();
     assert!(!feet.is_empty() && feet.iter().all(|level| *level == 20), "{feet:?}");
+}
+
+#[test]
+fn edges_not_stopped_lie_within_a_factor_two_of_the_target() {
+    let (ground, detail) = (ground(), detail());
+    let (mut all, mut within) = (0usize, 0usize);
+    for k in 0..24 {
+        let refinement = Refinement::new(&ground, &detail, camera(&ground, k), 24.0, 24);
+        for leaf in refinement.leaves(true).iter().filter(|leaf| leaf.level < refinement.finest()) {
+            let ratios = refinement.edge_ratios(leaf);
+            all += ratios.len();
+            within += ratios.iter().filter(|ratio| (0.5..=2.0).contains(*ratio)).count();
+        }
+    }
+    println!("{within} of {all}");
+    assert!(within * 100 >= all * 80, "{within} of {all}");
 }
