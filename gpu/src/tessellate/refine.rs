@@ -36,7 +36,9 @@ impl<'a> Refinement<'a> {
             .collect();
         let pieces = f64::from(1u32 << (LATTICE / 2));
         for l in (0..finest).rev() {
-            let wanted = edges[l] * view.focal / (pieces * target);
+            // A leaf's long edges are between 1 and 1/√2 of what makes a triangle split, its short ones √2 below: a
+            // half to one. A radius √2 smaller centres that on the target, and slopes have room on both sides.
+            let wanted = edges[l] * view.focal / (pieces * target * std::f64::consts::SQRT_2);
             // The excess covers rounding of distances, 1e-15 of them each.
             radii[l] = wanted.max(radii[l + 1] + edges[l] / 8.0f64.sqrt()) * (1.0 + 1e-5);
         }
