@@ -137,6 +137,7 @@ fn someone_on_a_peak_has_the_finest_level_at_their_feet() {
 }
 
 #[test]
+// Over 1,000 such cameras the share is below 95 %: these 24 are a regression test, `tessellation/edges` is the measurement.
 fn edges_not_stopped_lie_within_a_factor_two_of_the_target() {
     let (ground, detail) = (ground(), detail());
     let (mut all, mut within) = (0usize, 0usize);
