@@ -15,6 +15,7 @@ pub mod paris2019;
 pub mod report;
 pub mod runner;
 pub mod scenes;
+mod tessellation;
 pub mod verbs;
 
 use experiment::Experiment;
@@ -27,6 +28,7 @@ pub fn experiments() -> Vec<&'static Experiment> {
         genevaux2015::EXPERIMENTS,
         hnaidi2010::EXPERIMENTS,
         paris2019::EXPERIMENTS,
+        tessellation::EXPERIMENTS,
         claims::EXPERIMENTS,
     ]
     .concat()

@@ -3,3 +3,4 @@
 pub mod context;
 pub mod lattice_hash;
 pub mod program;
+pub mod tessellate;

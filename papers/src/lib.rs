@@ -28,4 +28,5 @@ pub const INPUTS: &[(&str, &str)] = &[
     ("papers/paris2019/tables.toml", tables::PARIS2019),
     ("papers/paris2019/verdicts.toml", verdicts::PARIS2019),
     ("papers/tessellation/claims.toml", ledger::TESSELLATION),
+    ("papers/tessellation/verdicts.toml", verdicts::TESSELLATION),
 ];

@@ -1,0 +1,38 @@
+//! Whether triangles fit: a census of the edges of all leaves' lattices. Areas alone would prove nothing, because a crack has none.
+
+use super::triangle::{LATTICE, SIDE, Triangle, Vertex};
+
+/// Edges of triangles in the plane, and whether they fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Census {
+    /// Edges within the domain that do not have exactly two triangles.
+    pub cracks: usize,
+    /// Of these, those whose middle is a vertex of another triangle.
+    pub t_junctions: usize,
+}
+
+impl Census {
+    /// Counts over the lattices of `leaves`, which must cover the domain.
+    pub fn of(leaves: &[Triangle]) -> Census {
+        let mut edges: Vec<[Vertex; 2]> = Vec::new();
+        for triangle in leaves.iter().flat_map(|leaf| leaf.lattice(LATTICE)) {
+            let [a, b, c] = triangle.corners();
+            edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
+        }
+        edges.sort_unstable();
+        let border = |[p, q]: [Vertex; 2]| (0..2).any(|k| p[k] == q[k] && (p[k] == 0 || p[k] == SIDE));
+        let mut odd: Vec<[Vertex; 2]> = Vec::new();
+        for same in edges.chunk_by(|a, b| a == b) {
+            if same.len() != if border(same[0]) { 1 } else { 2 } {
+                odd.push(same[0]);
+            }
+        }
+        let mut ends: Vec<Vertex> = odd.iter().flatten().copied().collect();
+        ends.sort_unstable();
+        let split = |[p, q]: &[Vertex; 2]| {
+            let middle = [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2];
+            ends.binary_search(&middle).is_ok()
+        };
+        Census { cracks: odd.len(), t_junctions: odd.iter().filter(|edge| split(edge)).count() }
+    }
+}
