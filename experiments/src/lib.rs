@@ -6,6 +6,7 @@ pub mod experiment;
 mod found;
 pub mod generate;
 pub mod genevaux2015;
+mod gpu;
 pub mod hnaidi2010;
 pub mod landscapes;
 pub mod layers;
@@ -29,6 +30,7 @@ pub fn experiments() -> Vec<&'static Experiment> {
         hnaidi2010::EXPERIMENTS,
         paris2019::EXPERIMENTS,
         tessellation::EXPERIMENTS,
+        gpu::EXPERIMENTS,
         claims::EXPERIMENTS,
     ]
     .concat()

@@ -29,4 +29,5 @@ pub const INPUTS: &[(&str, &str)] = &[
     ("papers/paris2019/verdicts.toml", verdicts::PARIS2019),
     ("papers/tessellation/claims.toml", ledger::TESSELLATION),
     ("papers/tessellation/verdicts.toml", verdicts::TESSELLATION),
+    ("papers/gpu/verdicts.toml", verdicts::GPU),
 ];

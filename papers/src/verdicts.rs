@@ -6,19 +6,21 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 pub(crate) const GENEVAUX2015: &str = include_str!("../genevaux2015/verdicts.toml");
+pub(crate) const GPU: &str = include_str!("../gpu/verdicts.toml");
 pub(crate) const HNAIDI2010: &str = include_str!("../hnaidi2010/verdicts.toml");
 pub(crate) const LEDGER: &str = include_str!("../ledger/verdicts.toml");
 pub(crate) const MODEL: &str = include_str!("../model/verdicts.toml");
 pub(crate) const PARIS2019: &str = include_str!("../paris2019/verdicts.toml");
 pub(crate) const TESSELLATION: &str = include_str!("../tessellation/verdicts.toml");
 
-/// Folder and text of each `verdicts.toml`: one per paper, that of the experiments on the model's own executors, and that of the ledger.
+/// Folder and text of each `verdicts.toml`: one per paper, that of the experiments on the model's own executors, that of the adapter, and that of the ledger.
 const FILES: &[(&str, &str)] = &[
     ("model", MODEL),
     ("genevaux2015", GENEVAUX2015),
     ("hnaidi2010", HNAIDI2010),
     ("paris2019", PARIS2019),
     ("tessellation", TESSELLATION),
+    ("gpu", GPU),
     ("ledger", LEDGER),
 ];
 

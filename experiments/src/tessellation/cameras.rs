@@ -48,3 +48,14 @@ pub fn camera(place: &Place, seed: u64, k: u32) -> Result<View, ExperimentError>
     View::new(eye, [random(4) - 0.5, random(5) - 0.5, 0.6 * (random(6) - 0.8)], 935.0, [960.0, 540.0])
         .ok_or_else(|| ExperimentError::failed(format!("camera {k} looks straight down")))
 }
+
+/// Camera `k` of `seed` above the middle of the domain, looking down, so that ground fills its frame: it is at most a twentieth of the
+/// domain's side high and sees to four times its height at most.
+pub fn above(place: &Place, seed: u64, k: u32) -> Result<View, ExperimentError> {
+    let random = |use_of| f64::from(mix(mix(seed as u32, k), use_of)) / 4_294_967_296.0;
+    let at = [0, 1].map(|axis| ((0.35 + 0.3 * random(axis)) * f64::from(SIDE)) as u32);
+    let (p, _) = place.ground.smooth(at);
+    let eye = [p[0], p[1], p[2] + 20.0 + 0.05 * place.ground.side() * random(2) * random(3)];
+    View::new(eye, [0.5 * random(4) - 0.2, 0.5 * random(5) - 0.3, -1.0], 935.0, [960.0, 540.0])
+        .ok_or_else(|| ExperimentError::failed(format!("camera {k} from above looks straight down")))
+}

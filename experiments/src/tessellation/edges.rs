@@ -54,7 +54,9 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         Ok(found)
     };
     let each: Vec<Lengths> = (0..cameras).into_par_iter().map(one).collect::<Result<_, _>>()?;
-    let sum = |pick: fn(&Lengths) -> u64| each.iter().map(pick).sum::<u64>() as f64;
+    let of_place =
+        |at: usize, pick: fn(&Lengths) -> u64| each.iter().skip(at).step_by(places.len()).map(pick).sum::<u64>() as f64;
+    let sum = |pick: fn(&Lengths) -> u64| (0..places.len()).map(|at| of_place(at, pick)).sum::<f64>();
     let (all, stopped) = (sum(|e| e.all).max(1.0), sum(|e| e.stopped));
     let [within, control] = [sum(|e| e.within), sum(|e| e.within_of_control)].map(|n| 100.0 * n / all);
     let stopped_percent = 100.0 * stopped / (all + stopped);
@@ -64,6 +66,10 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     table.row(["edges not stopped".into(), Cell::number(all, "", 9)]);
     table.row(["within a factor 2 of the target".into(), Cell::number(within, "%", 4)]);
     table.row(["stopped by the finest level, of all".into(), Cell::number(stopped_percent, "%", 4)]);
+    for (at, place) in places.iter().enumerate() {
+        let within = 100.0 * of_place(at, |e| e.within) / of_place(at, |e| e.all).max(1.0);
+        table.row([format!("within a factor 2, {}", place.name).into(), Cell::number(within, "%", 4)]);
+    }
     outcome.table(table)?;
     outcome.metric("within_factor_2_percent", within)?;
     outcome.metric("stopped_percent", stopped_percent)?;

@@ -2,6 +2,7 @@
 //! It imports nothing of wgpu; kernels of the same names must agree with it, leaf for leaf.
 
 pub mod census;
+pub mod coverage;
 pub mod displace;
 pub mod ground;
 pub mod refine;

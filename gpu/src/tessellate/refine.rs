@@ -7,6 +7,7 @@
 //! middle of a child of a triangle with middle m. Segments nest in height, and |m − m′| = e(l)/(2√2) for a long edge
 //! e(l), so distance(m) ≤ distance(m′) + e(l)/(2√2) < R(l+1) + e(l)/(2√2) ≤ R(l).
 
+use super::coverage::Corners;
 use super::displace::Detail;
 use super::ground::Ground;
 use super::triangle::{FINEST, LATTICE, Triangle, Vertex};
@@ -52,8 +53,7 @@ impl<'a> Refinement<'a> {
     /// edge · focal ÷ distance of its middle. An edge counts once for each of its triangles.
     pub fn edge_ratios(&self, leaf: &Triangle) -> Vec<f64> {
         let mut ratios = Vec::new();
-        for triangle in leaf.lattice(LATTICE) {
-            let corners = triangle.corners().map(|vertex| self.position(vertex));
+        for corners in self.patch(leaf) {
             let seen = corners.map(|p| self.view.sees(p));
             for (i, j) in [(0, 1), (1, 2), (2, 0)].into_iter().filter(|(i, j)| seen[*i] || seen[*j]) {
                 let (mut length, mut distance) = (0.0, 0.0);
@@ -66,6 +66,19 @@ impl<'a> Refinement<'a> {
             }
         }
         ratios
+    }
+    /// The displaced triangles of `leaf`, each vertex computed once.
+    pub fn patch(&self, leaf: &Triangle) -> Vec<Corners> {
+        let mut known: Vec<(Vertex, [f64; 3])> = Vec::with_capacity(15);
+        let mut place = |vertex: Vertex| match known.iter().find(|(other, _)| *other == vertex) {
+            Some((_, p)) => *p,
+            None => {
+                let p = self.position(vertex);
+                known.push((vertex, p));
+                p
+            }
+        };
+        leaf.lattice(LATTICE).iter().map(|triangle| triangle.corners().map(&mut place)).collect()
     }
     /// R(l) in metres; the last is 0. For controls: a change breaks the nesting.
     pub fn radii_mut(&mut self) -> &mut [f64] {

@@ -1,12 +1,13 @@
 //! What tessellation promises, on cameras over a rough synthetic ground, each with a rule broken beside it.
 
 use super::census::Census;
+use super::coverage::Image;
 use super::displace::{Detail, Space};
 use super::ground::Ground;
 use super::refine::Refinement;
-use super::triangle::{FINEST, LATTICE, SIDE, Triangle, Vertex};
+use super::triangle::{FINEST, SIDE, Triangle};
 use super::view::View;
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 use terrain_model::grid::Grid;
 use terrain_model::noise::{Octaves, mix};
 
@@ -40,10 +41,6 @@ fn camera(ground: &Ground, k: u32) -> View {
     let (p, _) = ground.smooth(at);
     let eye = [p[0], p[1], p[2] + 2.0 + 400.0 * random(2) * random(3)];
     View::new(eye, [random(4) - 0.5, random(5) - 0.5, 0.6 * (random(6) - 0.8)], 500.0, [480.0, 270.0]).unwrap()
-}
-
-fn vertices(leaf: &Triangle) -> BTreeSet<Vertex> {
-    leaf.lattice(LATTICE).iter().flat_map(Triangle::corners).collect()
 }
 
 #[test]
@@ -105,12 +102,13 @@ fn culling_drops_nothing_in_the_image_and_boxes_of_flat_triangles_do() {
     for k in 0..24 {
         let view = camera(&ground, k);
         let refinement = Refinement::new(&ground, &detail, view, 24.0, 22);
+        let image = Image { view: &view, size: [480, 270] };
         let seen: HashSet<Triangle> = refinement.leaves(true).into_iter().collect();
         for leaf in refinement.leaves(false) {
             let corners = leaf.corners().map(|c| ground.smooth(c).0);
             let flat =
                 |pick: fn(f64, f64) -> f64| [0, 1, 2].map(|k| corners.map(|c| c[k]).into_iter().reduce(pick).unwrap());
-            let visible = || vertices(&leaf).into_iter().any(|v| view.sees(refinement.position(v)));
+            let visible = || refinement.patch(&leaf).iter().any(|corners| image.shows(corners));
             lost_by_flat_boxes += usize::from(view.misses(flat(f64::min), flat(f64::max)) && visible());
             if seen.contains(&leaf) {
                 kept += 1;

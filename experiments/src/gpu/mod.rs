@@ -1,0 +1,8 @@
+//! What runs on an adapter: one module per comparison with the processor.
+
+mod conformance;
+
+use crate::experiment::Experiment;
+
+/// The experiments of the adapter, in the order of the report.
+pub const EXPERIMENTS: &[&Experiment] = &[&conformance::EXPERIMENT];
