@@ -55,7 +55,7 @@ pub fn above(place: &Place, seed: u64, k: u32) -> Result<View, ExperimentError> 
     let random = |use_of| f64::from(mix(mix(seed as u32, k), use_of)) / 4_294_967_296.0;
     let at = [0, 1].map(|axis| ((0.35 + 0.3 * random(axis)) * f64::from(SIDE)) as u32);
     let (p, _) = place.ground.smooth(at);
-    let eye = [p[0], p[1], p[2] + 20.0 + 0.05 * place.ground.side() * random(2) * random(3)];
+    let eye = [p[0], p[1], p[2] + 20.0 + 0.05 * place.ground.sides()[0] * random(2) * random(3)];
     View::new(eye, [0.5 * random(4) - 0.2, 0.5 * random(5) - 0.3, -1.0], 935.0, [960.0, 540.0])
         .ok_or_else(|| ExperimentError::failed(format!("camera {k} from above looks straight down")))
 }

@@ -33,7 +33,7 @@ struct Lengths {
 }
 
 fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
-    let (cameras, seed, places) = (ctx.profile.pick(60u32, 600), ctx.seed_for("cameras"), places()?);
+    let (cameras, seed, places) = (ctx.profile.pick(300u32, 3000), ctx.seed_for("cameras"), places()?);
     let one = |k: u32| -> Result<Lengths, ExperimentError> {
         let place = &places[k as usize % places.len()];
         let refinement = Refinement::new(&place.ground, &place.detail, camera(place, seed, k)?, 24.0, 24);

@@ -1,4 +1,4 @@
-//! A heightfield on a square of 2ᵖ × 2ᵖ cells with its normals, and a pyramid that encloses what Phong tessellation
+//! A heightfield on 2ᵖ × 2ᵖ cells with its normals, and a pyramid that encloses what Phong tessellation
 //! makes of each block of cells. A raster of another size is continued flat beyond its north and east borders.
 
 use super::triangle::{SIDE, Vertex};
@@ -16,14 +16,6 @@ pub enum GroundError {
         width: usize,
         /// Samples from south to north.
         height: usize,
-    },
-    /// Cells are not square.
-    #[error("cells of {dx} × {dy} m; tessellation takes square ones: resample first")]
-    Spacing {
-        /// East–west.
-        dx: f64,
-        /// South–north.
-        dy: f64,
     },
     /// An elevation is not finite.
     #[error("the elevation at column {i}, row {j} from the south is not finite; fill holes first")]
@@ -57,7 +49,7 @@ impl Block {
 /// A heightfield ready for tessellation. Coordinates are metres from its south-west corner.
 pub struct Ground {
     cells: usize,
-    spacing: f64,
+    spacing: [f64; 2],
     alpha: f64,
     heights: Vec<f64>,
     normals: Vec<[f64; 3]>,
@@ -75,9 +67,6 @@ impl Ground {
         if !(2..=16_385).contains(&width) || !(2..=16_385).contains(&height) {
             return Err(GroundError::Size { width, height });
         }
-        if (spacing.x - spacing.y).abs() > 1e-6 * spacing.x {
-            return Err(GroundError::Spacing { dx: spacing.x, dy: spacing.y });
-        }
         if !(0.0..=1.0).contains(&alpha) {
             return Err(GroundError::Alpha(alpha));
         }
@@ -88,34 +77,35 @@ impl Ground {
         let n = cells + 1;
         let sample = |i: usize, j: usize| grid.values()[j.min(height - 1) * width + i.min(width - 1)];
         let heights: Vec<f64> = (0..n * n).map(|at| sample(at % n, at / n)).collect();
-        let s = spacing.x;
+        let [sx, sy] = spacing.to_array();
         let normals = (0..n * n)
             .map(|at| {
                 let (i, j) = (at % n, at / n);
                 let (w, e) = (i.saturating_sub(1), (i + 1).min(cells));
                 let (so, no) = (j.saturating_sub(1), (j + 1).min(cells));
-                let dx = (heights[j * n + e] - heights[j * n + w]) / ((e - w) as f64 * s);
-                let dy = (heights[no * n + i] - heights[so * n + i]) / ((no - so) as f64 * s);
+                let dx = (heights[j * n + e] - heights[j * n + w]) / ((e - w) as f64 * sx);
+                let dy = (heights[no * n + i] - heights[so * n + i]) / ((no - so) as f64 * sy);
                 unit([-dx, -dy, 1.0])
             })
             .collect();
-        let mut ground = Ground { cells, spacing: s, alpha, heights, normals, pyramid: Vec::new() };
+        let mut ground = Ground { cells, spacing: [sx, sy], alpha, heights, normals, pyramid: Vec::new() };
         ground.pyramid = ground.build();
         Ok(ground)
     }
 
     /// Phong tessellation moves p by −α Σ wᵢ ((p − pᵢ)·nᵢ) nᵢ, so by at most α maxᵢ |(p − pᵢ)·nᵢ|, and each of these
-    /// by at most s|nx| + s|ny| + (highest − lowest)·nz within a cell of side s. 1e-9 covers rounding.
+    /// by at most sx|nx| + sy|ny| + (highest − lowest)·nz within a cell of sides sx and sy. 1e-9 covers rounding.
     fn build(&self) -> Vec<Vec<Block>> {
+        let [sx, sy] = self.spacing;
         let cell = |at: usize| {
             let corners = self.corners(at % self.cells, at / self.cells);
             let z = corners.map(|c| self.heights[c]);
             let (low, high) = z.iter().fold((f64::MAX, f64::MIN), |(l, h), z| (l.min(*z), h.max(*z)));
             let off = corners.iter().fold(0.0f64, |most, c| {
                 let [x, y, z] = self.normals[*c];
-                most.max(self.spacing * (x.abs() + y.abs()) + (high - low) * z)
+                most.max(sx * x.abs() + sy * y.abs() + (high - low) * z)
             });
-            let rounding = 1e-9 * (low.abs().max(high.abs()) + self.spacing);
+            let rounding = 1e-9 * (low.abs().max(high.abs()) + sx + sy);
             let moved = self.alpha * off + rounding;
             Block { elevation: [low - moved, high + moved], moved }
         };
@@ -139,13 +129,14 @@ impl Ground {
         let at = j * (self.cells + 1) + i;
         [at, at + 1, at + self.cells + 1, at + self.cells + 2]
     }
-    /// Side of the square, metres.
-    pub fn side(&self) -> f64 {
-        self.cells as f64 * self.spacing
+    /// Sides of the domain from west to east and from south to north, metres.
+    pub fn sides(&self) -> [f64; 2] {
+        self.spacing.map(|spacing| self.cells as f64 * spacing)
     }
     /// Metres of a grid coordinate.
     pub fn metres(&self, vertex: Vertex) -> [f64; 2] {
-        vertex.map(|x| f64::from(x) * (self.side() / f64::from(SIDE)))
+        let sides = self.sides();
+        [0, 1].map(|k| f64::from(vertex[k]) * (sides[k] / f64::from(SIDE)))
     }
     /// Encloses the square of half side `reach` about `centre`, grid units.
     ///
@@ -181,7 +172,7 @@ impl Ground {
         let (mut shift, mut normal) = ([0.0; 3], [0.0; 3]);
         for k in 0..4 {
             let n = self.normals[corners[k]];
-            let at = |axis: usize, side: usize| (cell[axis] + side) as f64 * self.spacing;
+            let at = |axis: usize, side: usize| (cell[axis] + side) as f64 * self.spacing[axis];
             let from = [x - at(0, k % 2), y - at(1, k / 2), z - self.heights[corners[k]]];
             let off = super::view::dot(from, n);
             for axis in 0..3 {

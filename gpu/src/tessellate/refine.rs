@@ -4,8 +4,9 @@
 //! A triangle of level l splits if the eye is nearer than R(l) to the vertical segment over the middle of its long edge
 //! that spans the enclosure of [`Triangle::reach`]. Both triangles at an edge share middle, level and enclosure, so they
 //! decide alike. What is left is that a triangle which splits has a parent that splits *on both sides*: let m′ be the
-//! middle of a child of a triangle with middle m. Segments nest in height, and |m − m′| = e(l)/(2√2) for a long edge
-//! e(l), so distance(m) ≤ distance(m′) + e(l)/(2√2) < R(l+1) + e(l)/(2√2) ≤ R(l).
+//! middle of a child of a triangle with middle m. Segments nest in height, and |m − m′| ≤ e(l)/(2√2), where e(l) is the
+//! longest of the level's long edges: they differ where cells are not square. So distance(m) ≤ distance(m′) + e(l)/(2√2)
+//! < R(l+1) + e(l)/(2√2) ≤ R(l).
 
 use super::coverage::Corners;
 use super::displace::Detail;
@@ -27,7 +28,10 @@ impl<'a> Refinement<'a> {
     pub fn new(ground: &'a Ground, detail: &'a Detail, view: View, target: f64, finest: u32) -> Refinement<'a> {
         let finest = finest.min(FINEST) as usize;
         let mut radii = vec![0.0; finest + 1];
-        let mut edge = ground.side() * std::f64::consts::SQRT_2;
+        let [x, y] = ground.sides();
+        let mut edge = x.max(y) * std::f64::consts::SQRT_2;
+        // Cells need not be square. Nesting wants the longest of the edges, lengths on the screen want the mean.
+        let mean = (x * y).sqrt() / x.max(y);
         let edges: Vec<f64> = (0..finest)
             .map(|_| {
                 let this = edge;
@@ -39,7 +43,7 @@ impl<'a> Refinement<'a> {
         for l in (0..finest).rev() {
             // A leaf's long edges are between 1 and 1/√2 of what makes a triangle split, its short ones √2 below: a
             // half to one. A radius √2 smaller centres that on the target, and slopes have room on both sides.
-            let wanted = edges[l] * view.focal / (pieces * target * std::f64::consts::SQRT_2);
+            let wanted = mean * edges[l] * view.focal / (pieces * target * std::f64::consts::SQRT_2);
             // The excess covers rounding of distances, 1e-15 of them each.
             radii[l] = wanted.max(radii[l + 1] + edges[l] / 8.0f64.sqrt()) * (1.0 + 1e-5);
         }

@@ -20,7 +20,7 @@ fn ground() -> Ground {
         f64::from(mix(7, at as u32) >> 24) * 0.2 + (900.0 - 25.0 * far).max(0.0)
     };
     let heights = (0..101 * 90).map(height).collect();
-    let grid = Grid::new([0.0, 0.0].into(), [30.0, 30.0].into(), 101, 90, heights).unwrap();
+    let grid = Grid::new([0.0, 0.0].into(), [30.0, 36.0].into(), 101, 90, heights).unwrap();
     Ground::new(&grid, 0.6).unwrap()
 }
 
