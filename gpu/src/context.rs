@@ -220,14 +220,81 @@ impl Context {
         inputs: &[&[u32]],
         output_words: usize,
     ) -> Result<Vec<u32>, ContextError> {
+        let submitted = self.checked("a dispatch", || self.submit(kernel, groups, inputs, output_words))?;
+        self.read_back(submitted)
+    }
+
+    /// The device.
+    pub(crate) fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// Its queue.
+    pub(crate) fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// Runs `action`; what the device refuses in it is an error of `kernel`.
+    ///
+    /// # Errors
+    /// When the device refuses something.
+    pub(crate) fn checked<T>(&self, kernel: &'static str, action: impl FnOnce() -> T) -> Result<T, ContextError> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let submitted = self.submit(kernel, groups, inputs, output_words);
+        let result = action();
         let refused = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
-        if let Some(source) = refused.into_iter().flatten().next() {
-            return Err(ContextError::Kernel { kernel: "a dispatch", source });
+        match refused.into_iter().flatten().next() {
+            Some(source) => Err(ContextError::Kernel { kernel, source }),
+            None => Ok(result),
         }
+    }
+
+    /// A buffer that holds `words`.
+    pub(crate) fn upload(&self, label: &'static str, words: &[u32], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let contents: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(label),
+            contents: &contents,
+            usage,
+        })
+    }
+
+    /// The first `count` words of a buffer that can be copied from.
+    ///
+    /// # Errors
+    /// When the device refuses or does not finish in time, or the words cannot be read.
+    pub(crate) fn download(&self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<u32>, ContextError> {
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let size = 4 * count as u64;
+        let submitted = self.checked("a read-back", || {
+            let host = self.host(size);
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(buffer, 0, &host, 0, size);
+            (host, self.queue.submit([encoder.finish()]))
+        })?;
         self.read_back(submitted)
+    }
+
+    /// A buffer that the host can read.
+    pub(crate) fn host(&self, size: u64) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("host"),
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// Bindings 0, 1, … of group 0 of a pipeline.
+    pub(crate) fn bind(&self, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
+            .iter()
+            .zip(0..)
+            .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 
     /// Queues the dispatch and the copy of its output to a buffer that the host can read.
@@ -238,37 +305,18 @@ impl Context {
         inputs: &[&[u32]],
         output_words: usize,
     ) -> (wgpu::Buffer, wgpu::SubmissionIndex) {
-        let uploaded = |words: &&[u32]| {
-            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-            self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("input"),
-                contents: &bytes,
-                usage: wgpu::BufferUsages::STORAGE,
-            })
-        };
-        let mut buffers: Vec<wgpu::Buffer> = inputs.iter().map(uploaded).collect();
+        let uploaded: Vec<wgpu::Buffer> =
+            inputs.iter().map(|words| self.upload("input", words, wgpu::BufferUsages::STORAGE)).collect();
         let size = 4 * output_words as u64;
-        let buffer = |label, usage| {
-            self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
-        let output = buffer("output", wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
-        let host = buffer("host", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
-        buffers.push(output.clone());
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
-            .iter()
-            .zip(0..)
-            .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &kernel.get_bind_group_layout(0),
-            entries: &entries,
+        let output = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("output"),
+            size,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
         });
+        let host = self.host(size);
+        let buffers: Vec<&wgpu::Buffer> = uploaded.iter().chain([&output]).collect();
+        let bindings = self.bind(&kernel.get_bind_group_layout(0), &buffers);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(kernel);
@@ -281,7 +329,10 @@ impl Context {
     }
 
     /// Waits for a submission and reads its words.
-    fn read_back(&self, (host, submission): (wgpu::Buffer, wgpu::SubmissionIndex)) -> Result<Vec<u32>, ContextError> {
+    pub(crate) fn read_back(
+        &self,
+        (host, submission): (wgpu::Buffer, wgpu::SubmissionIndex),
+    ) -> Result<Vec<u32>, ContextError> {
         let (sender, receiver) = mpsc::channel();
         host.map_async(wgpu::MapMode::Read, .., move |result| {
             // The receiver lives until the end of this function; without it nobody waits for the answer.

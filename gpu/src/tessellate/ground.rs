@@ -129,9 +129,21 @@ impl Ground {
         let at = j * (self.cells + 1) + i;
         [at, at + 1, at + self.cells + 1, at + self.cells + 2]
     }
+    /// Cells along a side: a power of two.
+    pub fn cells(&self) -> usize {
+        self.cells
+    }
+    /// Enclosures from single cells to the whole, each level row by row from the south-west.
+    pub fn pyramid(&self) -> &[Vec<Block>] {
+        &self.pyramid
+    }
     /// Sides of the domain from west to east and from south to north, metres.
     pub fn sides(&self) -> [f64; 2] {
         self.spacing.map(|spacing| self.cells as f64 * spacing)
+    }
+    /// Metres of a grid unit, from west to east and from south to north.
+    pub fn unit(&self) -> [f64; 2] {
+        self.sides().map(|side| side / f64::from(SIDE))
     }
     /// Metres of a grid coordinate.
     pub fn metres(&self, vertex: Vertex) -> [f64; 2] {

@@ -1,8 +1,10 @@
-//! Adaptive tessellation on the processor: which triangles a camera needs, and where their vertices lie once displaced.
-//! It imports nothing of wgpu; kernels of the same names must agree with it, leaf for leaf.
+//! Adaptive tessellation: which triangles a camera needs, and where their vertices lie once displaced. All but `device` is
+//! the processor's and imports nothing of wgpu; kernels agree with it, leaf for leaf.
 
 pub mod census;
 pub mod coverage;
+pub mod decision;
+pub mod device;
 pub mod displace;
 pub mod ground;
 pub mod refine;

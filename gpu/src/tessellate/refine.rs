@@ -84,6 +84,26 @@ impl<'a> Refinement<'a> {
         };
         leaf.lattice(LATTICE).iter().map(|triangle| triangle.corners().map(&mut place)).collect()
     }
+    /// What is refined.
+    pub fn ground(&self) -> &'a Ground {
+        self.ground
+    }
+    /// What displaces it.
+    pub fn detail(&self) -> &'a Detail {
+        self.detail
+    }
+    /// The camera.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+    /// Wanted length of edges, pixels.
+    pub fn target(&self) -> f64 {
+        self.target
+    }
+    /// R(l) in metres; the last is 0.
+    pub fn radii(&self) -> &[f64] {
+        &self.radii
+    }
     /// R(l) in metres; the last is 0. For controls: a change breaks the nesting.
     pub fn radii_mut(&mut self) -> &mut [f64] {
         &mut self.radii

@@ -11,9 +11,9 @@ use std::collections::HashSet;
 use terrain_model::grid::Grid;
 use terrain_model::noise::{Octaves, mix};
 
-const PEAK: [usize; 2] = [37, 60];
+pub(super) const PEAK: [usize; 2] = [37, 60];
 
-fn ground() -> Ground {
+pub(super) fn ground() -> Ground {
     let height = |at: usize| {
         let (i, j) = (at % 101, at / 101);
         let far = (i as f64 - PEAK[0] as f64).abs() + (j as f64 - PEAK[1] as f64).abs();
@@ -24,7 +24,7 @@ fn ground() -> Ground {
     Ground::new(&grid, 0.6).unwrap()
 }
 
-fn detail() -> Detail {
+pub(super) fn detail() -> Detail {
     let octaves = Octaves { octaves: 6, frequency: 0.02, lacunarity: 2.0, gain: 0.5, amplitude: 6.0 };
     let mut detail = Detail::new(&octaves, 3, Space::Volume).unwrap();
     (detail.floor, detail.elevation) = ([0.3, 0.5], [0.0, 900.0]);
@@ -35,7 +35,7 @@ fn unit_random(k: u32, use_of: u32) -> f64 {
     f64::from(mix(mix(11, k), use_of)) / 4_294_967_296.0
 }
 
-fn camera(ground: &Ground, k: u32) -> View {
+pub(super) fn camera(ground: &Ground, k: u32) -> View {
     let random = |use_of| unit_random(k, use_of);
     let at = [0, 1].map(|axis| (random(axis) * f64::from(SIDE)) as u32);
     let (p, _) = ground.smooth(at);
