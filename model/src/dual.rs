@@ -125,6 +125,7 @@ pub trait Differentiable: Real {
 
 impl Differentiable for f64 {}
 impl Differentiable for f32 {}
+impl Differentiable for crate::rounding::Rounded {}
 impl<const N: usize> Differentiable for crate::lanes::Lanes<N> {}
 
 impl Differentiable for Interval {

@@ -133,6 +133,22 @@ impl Ground {
     pub fn cells(&self) -> usize {
         self.cells
     }
+    /// Metres of a cell, from west to east and from south to north.
+    pub fn spacing(&self) -> [f64; 2] {
+        self.spacing
+    }
+    /// The weight of Phong tessellation.
+    pub fn alpha(&self) -> f64 {
+        self.alpha
+    }
+    /// Elevation and normal at the corners of a cell: south-west, south-east, north-west, north-east.
+    pub fn samples_about(&self, cell: [u32; 2]) -> [(f64, [f64; 3]); 4] {
+        self.corners(cell[0] as usize, cell[1] as usize).map(|c| (self.heights[c], self.normals[c]))
+    }
+    /// Elevation and normal of every sample, row by row from the south-west.
+    pub fn samples(&self) -> impl Iterator<Item = (f64, [f64; 3])> {
+        self.heights.iter().copied().zip(self.normals.iter().copied())
+    }
     /// Enclosures from single cells to the whole, each level row by row from the south-west.
     pub fn pyramid(&self) -> &[Vec<Block>] {
         &self.pyramid

@@ -8,6 +8,7 @@ pub mod device;
 pub mod displace;
 pub mod ground;
 pub mod refine;
+pub mod surface;
 pub mod triangle;
 pub mod view;
 

@@ -5,6 +5,7 @@ use super::coverage::Image;
 use super::displace::{Detail, Space};
 use super::ground::Ground;
 use super::refine::Refinement;
+use super::surface::{Relief, Surface};
 use super::triangle::{FINEST, SIDE, Triangle};
 use super::view::View;
 use std::collections::HashSet;
@@ -24,11 +25,13 @@ pub(super) fn ground() -> Ground {
     Ground::new(&grid, 0.6).unwrap()
 }
 
-pub(super) fn detail() -> Detail {
+pub(super) fn relief() -> Relief {
     let octaves = Octaves { octaves: 6, frequency: 0.02, lacunarity: 2.0, gain: 0.5, amplitude: 6.0 };
-    let mut detail = Detail::new(&octaves, 3, Space::Volume).unwrap();
-    (detail.floor, detail.elevation) = ([0.3, 0.5], [0.0, 900.0]);
-    detail
+    Relief { octaves, seed: 3, floor: [0.3, 0.5], elevation: [0.0, 900.0] }
+}
+
+pub(super) fn detail() -> Detail {
+    relief().detail().unwrap()
 }
 
 fn unit_random(k: u32, use_of: u32) -> f64 {
@@ -148,4 +151,37 @@ fn edges_not_stopped_lie_within_a_factor_two_of_the_target() {
         }
     }
     assert!(within * 100 >= all * 95, "{within} of {all}");
+}
+
+#[test]
+fn the_surface_lies_where_vertices_are_displaced_to_and_its_normal_is_square_to_it() {
+    let (ground, relief) = (ground(), relief());
+    let detail = relief.detail().unwrap();
+    let (mut tilted, mut most) = (0, 0.0f64);
+    for k in 0..2000 {
+        let view = camera(&ground, k % 20);
+        let refinement = Refinement::new(&ground, &detail, view, 24.0, 22);
+        let vertex = [0, 1].map(|axis| 1024 + (unit_random(k, 20 + axis) * f64::from(SIDE - 2048)) as u32);
+        let surface = Surface::new(&refinement, relief, [SIDE / 3, SIDE / 5]);
+        let place = |vertex| {
+            let p = surface.point::<f64>(vertex)[0];
+            std::array::from_fn::<f64, 3, _>(|axis| p[axis] + view.eye[axis])
+        };
+        let (p, q) = (place(vertex), refinement.position(vertex));
+        most = (0..3).fold(most, |most, axis| most.max((p[axis] - q[axis]).abs()));
+        // Neighbours half a metre away, on the same cell and band: the band follows the distance, so cameras at hand are left out.
+        let [x, y] = vertex;
+        if vertex.iter().any(|x| x % (SIDE / 128) < 8 || x % (SIDE / 128) > SIDE / 128 - 8) {
+            continue;
+        }
+        let ([east, west], [north, south]) = ([[x + 1, y], [x - 1, y]].map(place), [[x, y + 1], [x, y - 1]].map(place));
+        let n = surface.point::<f64>(vertex)[1];
+        for (a, b) in [(east, west), (north, south)] {
+            let along = super::view::unit(std::array::from_fn(|axis| a[axis] - b[axis]));
+            let sine = super::view::dot(n, along).abs();
+            tilted += usize::from(sine > 0.01);
+        }
+    }
+    assert!(most < 1e-8, "{most}");
+    assert!(tilted < 20, "{tilted} of 4000");
 }

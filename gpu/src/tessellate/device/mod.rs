@@ -1,5 +1,6 @@
 //! Tessellation on the device, kernel after kernel without a word to the host between: refinement, displacement, drawing.
 
+pub mod displace;
 pub mod refine;
 
 #[cfg(test)]

@@ -44,7 +44,7 @@ pub struct Refiner<'c> {
 }
 
 /// What a list of `capacity` triangles takes, if a binding holds it.
-fn bytes(context: &Context, what: &'static str, each: u64, count: u64) -> Result<u64, TessellateError> {
+pub(super) fn bytes(context: &Context, what: &'static str, each: u64, count: u64) -> Result<u64, TessellateError> {
     let (bytes, limit) = (each * count, context.largest_binding());
     if bytes > limit { Err(TessellateError::TooLarge { what, bytes, limit }) } else { Ok(bytes) }
 }
@@ -107,6 +107,11 @@ impl<'c> Refiner<'c> {
     /// How many triangles fit now.
     pub fn capacity(&self) -> Capacity {
         self.lists.capacity
+    }
+
+    /// Leaves, counters and indirect arguments of what was refined last.
+    pub(super) fn buffers(&self) -> [&wgpu::Buffer; 3] {
+        [&self.lists.leaves, &self.counters, &self.arguments]
     }
 
     /// Refines once; the leaves stay on the device. Returns their number.

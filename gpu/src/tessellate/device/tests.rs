@@ -1,14 +1,18 @@
 //! The device against its twins, on random cameras over a rough synthetic ground; each comparison with a kernel broken beside it.
 
 use super::TessellateError;
+use super::displace::{DISPLACE, Displacer, VERTICES, lattice_vertices};
 use super::refine::{ADVANCE, Capacity, REFINE, Refiner};
 use crate::context::{Context, choose, required};
+use crate::program::conformance::DEVICE;
 use crate::tessellate::census::Census;
 use crate::tessellate::decision::{Decision, Pyramid};
 use crate::tessellate::refine::Refinement;
-use crate::tessellate::tests::{camera, detail, ground};
-use crate::tessellate::triangle::Triangle;
-use std::collections::HashSet;
+use crate::tessellate::surface::Surface;
+use crate::tessellate::tests::{camera, detail, ground, relief};
+use crate::tessellate::triangle::{Triangle, Vertex};
+use std::collections::{HashMap, HashSet};
+use terrain_model::rounding::Rounded;
 
 const CAMERAS: u32 = 20;
 const ROOM: Capacity = Capacity { list: 1 << 15, leaves: 1 << 16 };
@@ -106,4 +110,93 @@ fn a_list_that_is_too_short_is_an_error_with_what_it_needs_and_grows() {
     let huge = Capacity { list: u32::MAX, ..ROOM };
     let error = Refiner::new(&context, &pyramid, huge).err().map(|error| error.to_string()).unwrap();
     assert!(error.contains("triangles of a level") && error.contains("a binding"), "{error}");
+}
+
+/// Largest distance of `found` from what `f64` says, over what is derived; positions and normals. `None` where the derived error is
+/// too wide to say anything: at the eye itself, and for normals where a clamped share may or may not vary.
+fn shares(surface: &Surface<'_>, vertex: Vertex, found: [[f32; 3]; 2]) -> [Option<f64>; 2] {
+    let (exact, derived) = (surface.point::<f64>(vertex), surface.point::<Rounded>(vertex));
+    [0, 1].map(|part| {
+        let each = (0..3).map(|k| {
+            let tolerance = DEVICE * derived[part][k].error + 1e-30;
+            ((f64::from(found[part][k]) - exact[part][k]).abs() / tolerance, tolerance)
+        });
+        let (share, tolerance) = each.fold((0.0f64, 0.0f64), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+        (tolerance < 0.3).then_some(share)
+    })
+}
+
+#[test]
+fn vertices_of_the_device_lie_within_what_is_derived_of_f64_and_those_of_other_noise_do_not() {
+    let Some(context) = device() else { return };
+    let (ground, relief) = (ground(), relief());
+    let (detail, pyramid) = (relief.detail().unwrap(), Pyramid::new(&ground));
+    let mut refiner = Refiner::new(&context, &pyramid, ROOM).unwrap();
+    let mut displacer = Displacer::new(&context, &ground).unwrap();
+    let other = DISPLACE.replace("- 15.0)", "- 14.99)");
+    assert_ne!(other, DISPLACE);
+    let mut control = Displacer::compile(&context, &other, &ground).unwrap();
+    let (mut all, mut vacuous, mut seen_in_control) = ([0usize; 2], [0usize; 2], [0usize; 2]);
+    let mut largest = [0.0f64; 2];
+    for k in 0..4 {
+        let refinement = Refinement::new(&ground, &detail, camera(&ground, k), 24.0, 22);
+        let decision = Decision::new(&pyramid, &refinement);
+        let surface = Surface::new(&refinement, relief, decision.origin());
+        let count = refiner.refine_growing(&decision, true).unwrap();
+        let leaves = refiner.leaves(count).unwrap();
+        displacer.displace(&refiner, &surface).unwrap();
+        control.displace(&refiner, &surface).unwrap();
+        let (found, wrong) = (displacer.read(count).unwrap(), control.read(count).unwrap());
+        let vertices: Vec<Vertex> = leaves.iter().flat_map(lattice_vertices).collect();
+        assert_eq!(vertices.len(), found.len());
+        for at in (0..found.len()).step_by(found.len() / 500 + 1) {
+            let (right, wrong) = (shares(&surface, vertices[at], found[at]), shares(&surface, vertices[at], wrong[at]));
+            for part in 0..2 {
+                all[part] += 1;
+                match right[part] {
+                    Some(share) => largest[part] = largest[part].max(share),
+                    None => vacuous[part] += 1,
+                }
+                seen_in_control[part] += usize::from(wrong[part].is_some_and(|share| share > 1.0));
+            }
+        }
+    }
+    eprintln!("{}: {largest:?} of the tolerance, {vacuous:?} of {all:?} vacuous", context.description().name);
+    eprintln!("control: {seen_in_control:?}");
+    assert!(largest.iter().all(|share| *share <= 1.0), "{largest:?}");
+    assert!((0..2).all(|part| vacuous[part] * 20 < all[part]), "{vacuous:?} of {all:?}");
+    assert!((0..2).all(|part| seen_in_control[part] * 4 > all[part]), "{seen_in_control:?} of {all:?}");
+}
+
+#[test]
+fn equal_vertices_have_equal_bits_and_unequal_ones_do_not() {
+    let Some(context) = device() else { return };
+    let (ground, relief) = (ground(), relief());
+    let (detail, pyramid) = (relief.detail().unwrap(), Pyramid::new(&ground));
+    let mut refiner = Refiner::new(&context, &pyramid, ROOM).unwrap();
+    let mut displacer = Displacer::new(&context, &ground).unwrap();
+    let refinement = Refinement::new(&ground, &detail, camera(&ground, 3), 24.0, 22);
+    let decision = Decision::new(&pyramid, &refinement);
+    let count = refiner.refine_growing(&decision, false).unwrap();
+    let leaves = refiner.leaves(count).unwrap();
+    displacer.displace(&refiner, &Surface::new(&refinement, relief, decision.origin())).unwrap();
+    let mut known: HashMap<Vertex, [u32; 6]> = HashMap::new();
+    let (mut shared, mut levels) = (0, HashMap::new());
+    for (at, (vertex, point)) in
+        leaves.iter().flat_map(lattice_vertices).zip(displacer.read(count).unwrap()).enumerate()
+    {
+        let bits: Vec<u32> = point.as_flattened().iter().map(|x| x.to_bits()).collect();
+        let bits: [u32; 6] = bits.try_into().unwrap();
+        assert!(point.as_flattened().iter().all(|x| x.is_finite()));
+        shared += usize::from(known.get(&vertex).is_some_and(|other| {
+            assert_eq!(*other, bits, "{vertex:?}");
+            true
+        }));
+        known.insert(vertex, bits);
+        levels.entry(vertex).or_insert_with(HashSet::new).insert(leaves[at / VERTICES].level);
+    }
+    let across_levels = levels.values().filter(|levels| levels.len() > 1).count();
+    assert!(shared > 1000 && across_levels > 100, "{shared} shared, {across_levels} by leaves of two levels");
+    let different: HashSet<&[u32; 6]> = known.values().collect();
+    assert_eq!(different.len(), known.len());
 }

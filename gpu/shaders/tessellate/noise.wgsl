@@ -1,0 +1,62 @@
+// Gradient noise in space with its gradient, as terrain_model::noise::gradient3 computes them.
+
+const GOLDEN: u32 = 0x9e3779b1u;
+const SECOND: u32 = 0x85ebca6bu;
+const THIRD: u32 = 0xc2b2ae35u;
+
+fn finish(word: u32) -> u32 {
+    var h = word;
+    h ^= h >> 16u;
+    h *= 0x7feb352du;
+    h ^= h >> 15u;
+    h *= 0x846ca68bu;
+    return h ^ (h >> 16u);
+}
+
+// The hash of a lattice point to which the keys of its lattice were added.
+fn hashed(point: vec3<u32>) -> u32 {
+    let column = point.x * GOLDEN;
+    let h = (column ^ (column >> 13u) ^ (point.y * SECOND)) * THIRD;
+    return finish(h ^ (h >> 15u) ^ (point.z * SECOND));
+}
+
+// The edge of a cube that a hash chooses: the component that is 0 by the top half, signs by the lowest bits.
+fn edge(hash: u32) -> vec3<f32> {
+    let none = ((hash >> 16u) * 3u) >> 16u;
+    let first = select(1.0, -1.0, (hash & 1u) != 0u);
+    let second = select(1.0, -1.0, (hash & 2u) != 0u);
+    let y = select(second, first, none == 0u);
+    return vec3<f32>(select(first, 0.0, none == 0u), select(y, 0.0, none == 1u), select(second, 0.0, none == 2u));
+}
+
+fn lerp(a: f32, b: f32, t: f32) -> f32 {
+    return a + t * (b - a);
+}
+
+// Value, and derivatives along x, y and z, at noise coordinates.
+fn gradient_noise(key: vec3<u32>, p: vec3<f32>) -> vec4<f32> {
+    let below = floor(p);
+    let t = p - below;
+    let cell = bitcast<vec3<u32>>(vec3<i32>(below)) + key;
+    let fade = t * t * t * ((t * 6.0 - 15.0) * t + 10.0);
+    let bump = 0.25 - (t - 0.5) * (t - 0.5);
+    let steep = 30.0 * (bump * bump);
+    var heights: array<f32, 8>;
+    var slope = vec3<f32>(0.0);
+    for (var corner = 0u; corner < 8u; corner++) {
+        let at = vec3<u32>(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let far = at == vec3<u32>(1u);
+        let g = edge(hashed(cell + at));
+        let d = t - vec3<f32>(at);
+        let height = g.x * d.x + g.y * d.y + g.z * d.z;
+        let w = select(1.0 - fade, fade, far);
+        let dw = select(-steep, steep, far);
+        let yz = w.y * w.z;
+        let weight = w.x * yz;
+        slope += vec3<f32>(dw.x * yz, dw.y * (w.x * w.z), dw.z * (w.x * w.y)) * height + weight * g;
+        heights[corner] = height;
+    }
+    let south = lerp(lerp(heights[0], heights[1], fade.x), lerp(heights[2], heights[3], fade.x), fade.y);
+    let north = lerp(lerp(heights[4], heights[5], fade.x), lerp(heights[6], heights[7], fade.x), fade.y);
+    return vec4<f32>(lerp(south, north, fade.z), slope);
+}
