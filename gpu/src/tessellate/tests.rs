@@ -2,7 +2,7 @@
 
 use super::census::Census;
 use super::coverage::Image;
-use super::displace::{Detail, Space};
+use super::displace::{Detail, Rule, Space};
 use super::ground::Ground;
 use super::refine::Refinement;
 use super::triangle::{FINEST, SIDE, Triangle};
@@ -148,4 +148,125 @@ fn edges_not_stopped_lie_within_a_factor_two_of_the_target() {
         }
     }
     assert!(within * 100 >= all * 95, "{within} of {all}");
+}
+
+#[test]
+fn the_normal_is_that_of_the_displaced_surface_and_not_of_the_smooth_one() {
+    let (ground, mut detail) = (ground(), detail());
+    detail.concavity = Some([0.2, 0.05]);
+    let mut smooth_off = 0.0f64;
+    for rule in [Rule::Sum, Rule::Multifractal { offset: 0.9 }] {
+        detail.rule = rule;
+        for k in 0..200 {
+            // Odd coordinates lie in the inside of a cell, and so do their neighbours: 2 × 59 units, a hundredth of a metre.
+            let [x, y] = [0, 1].map(|axis| ((0.75 * unit_random(k, axis) * f64::from(SIDE)) as u32 | 63) & !4);
+            let at = |dx: i32, dy: i32| {
+                detail.position(&ground, [x.wrapping_add_signed(dx), y.wrapping_add_signed(dy)], 0.0)
+            };
+            let ([west, east], [south, north]) = ([at(-59, 0), at(59, 0)], [at(0, -59), at(0, 59)]);
+            let along = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| b[k] - a[k]);
+            let (u, v) = (along(west, east), along(south, north));
+            let normal = detail.normal(&ground, [x, y], 0.0);
+            for tangent in [u, v] {
+                let length = (0..3).map(|k| tangent[k] * tangent[k]).sum::<f64>().sqrt();
+                let off = |n: [f64; 3]| ((0..3).map(|k| n[k] * tangent[k]).sum::<f64>() / length).abs();
+                assert!(off(normal) < 2e-3, "{rule:?} {x} {y}: {}", off(normal));
+                smooth_off = smooth_off.max(off(ground.smooth([x, y]).1));
+            }
+        }
+    }
+    assert!(smooth_off > 0.05, "{smooth_off}");
+}
+
+#[test]
+fn a_raster_that_is_no_square_ends_at_its_borders() {
+    let values = (0..21 * 13).map(|k| f64::from(k % 21) * 2.0 + f64::from(k / 21)).collect();
+    let grid = Grid::new(glam::DVec2::ZERO, glam::DVec2::splat(10.0), 21, 13, values).unwrap();
+    let (ground, detail) = (Ground::new(&grid, 0.5).unwrap(), detail());
+    assert_eq!((ground.extent(), ground.sides()), ([200.0, 120.0], [320.0; 2]));
+    for k in 0..400 {
+        let vertex = [0, 1].map(|axis| (unit_random(k, axis) * f64::from(SIDE)) as u32);
+        let ([x, y, _], _) = ground.smooth(vertex);
+        // Of a plane Phong tessellation makes the same plane, borders included.
+        let [u, v] = [0, 1].map(|axis| ground.metres(vertex)[axis].min(ground.extent()[axis]));
+        assert!((x - u).abs() < 1e-9 && (y - v).abs() < 1e-9, "{vertex:?}: {x} {y}");
+        let [a, b] = [vertex, ground.within(vertex)].map(|vertex| detail.position(&ground, vertex, 0.0));
+        assert_eq!(a, b);
+    }
+    // Control: the square's other corner is none of the raster's.
+    assert_ne!(ground.within([SIDE; 2]), [SIDE; 2]);
+}
+
+#[test]
+fn a_place_is_found_again_below_the_elevation_over_it() {
+    let (ground, detail) = (ground(), detail());
+    let (mut near, mut bare) = (0, 0);
+    for k in 0..400 {
+        let at = [0, 1].map(|axis| (0.1 + 0.6 * unit_random(k, axis)) * ground.sides()[axis as usize]);
+        let z = detail.elevation(&ground, at);
+        // The raster's own elevation (control) is off by the displacement, up to the amplitude.
+        let off = |z: f64| {
+            let vertex = |d: [f64; 2]| [0, 1].map(|i| ((at[i] + d[i]) / ground.sides()[i] * f64::from(SIDE)) as u32);
+            // The nearest of the displaced points about it.
+            let reach = 2.0 * detail.amplitude();
+            (0..41 * 41)
+                .map(|k| {
+                    let d = [k % 41, k / 41].map(|i| reach * (f64::from(i) / 20.0 - 1.0));
+                    let p = detail.position(&ground, vertex(d), 0.0);
+                    [p[0] - at[0], p[1] - at[1], p[2] - z].iter().map(|d| d * d).sum::<f64>().sqrt()
+                })
+                .fold(f64::INFINITY, f64::min)
+        };
+        near += usize::from(off(z) < 0.15 * detail.amplitude());
+        bare += usize::from(off(ground.elevation(at)) < 0.15 * detail.amplitude());
+    }
+    assert!(near > 390 && bare < 350, "{near} {bare}");
+}
+
+#[test]
+fn modulation_leaves_less_on_flats_in_lows_and_in_hollows() {
+    // A valley along y and level ground east of it; steep walls.
+    let height = |at: usize| ((at % 33) as f64 - 8.0).abs().min(8.0) * 20.0;
+    let grid = Grid::new([0.0, 0.0].into(), [10.0, 10.0].into(), 33, 33, (0..33 * 33).map(height).collect()).unwrap();
+    let ground = Ground::new(&grid, 0.0).unwrap();
+    let octaves = Octaves { octaves: 3, frequency: 0.07, lacunarity: 2.0, gain: 0.5, amplitude: 4.0 };
+    let plain = Detail::new(&octaves, 3, Space::Volume).unwrap();
+    let unit = SIDE / 32;
+    let most = |detail: &Detail, column: u32| {
+        let moved = |k: u32| {
+            let vertex = [column * unit, 3 * unit + k * unit / 40];
+            let (p, q) = (ground.smooth(vertex).0, detail.position(&ground, vertex, 0.0));
+            (0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f64>().sqrt()
+        };
+        (0..1000).map(moved).fold(0.0f64, f64::max)
+    };
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b;
+    let (flat, wall, bottom) = (25, 4, 8);
+    let mut sloped = plain.clone();
+    sloped.floor = [0.25, 1.0];
+    assert!(near(most(&sloped, flat), 0.25 * most(&plain, flat)) && most(&sloped, wall) > 0.5 * most(&plain, wall));
+    let mut raised = plain.clone();
+    (raised.floor, raised.elevation) = ([1.0, 0.1], [0.0, 160.0]);
+    assert!(near(most(&raised, bottom), 0.1 * most(&plain, bottom)));
+    assert!(near(most(&raised, flat), most(&plain, flat)));
+    let mut hollow = plain.clone();
+    hollow.concavity = Some([0.3, 0.4]);
+    assert!(near(most(&hollow, bottom), 0.3 * most(&plain, bottom)));
+    assert!(near(most(&hollow, flat), 0.65 * most(&plain, flat)));
+}
+
+#[test]
+fn the_multifractal_keeps_its_bound_and_its_neutral_value() {
+    let octaves = Octaves { octaves: 5, frequency: 0.3, lacunarity: 2.0, gain: 0.6, amplitude: 1.0 };
+    for offset in [0.0, 0.7, 1.5] {
+        let mut detail = Detail::new(&octaves, 9, Space::Volume).unwrap();
+        detail.rule = Rule::Multifractal { offset };
+        let (mut low, mut high) = (0.0f64, 0.0f64);
+        for k in 0..20_000 {
+            let value: f64 = detail.fbm([0, 1, 2].map(|axis| 1e3 * unit_random(k, axis)), 0.0);
+            (low, high) = (low.min(value), high.max(value));
+        }
+        assert!(-1.0 <= low && high <= 1.0 && high - low > 0.05, "{offset}: {low} {high}");
+        assert_eq!(detail.fbm([5.0, 6.0, 7.0], 1e9), 0.0, "no octave is left");
+    }
 }
