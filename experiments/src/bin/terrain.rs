@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use terrain_experiments::scenes::SceneFileError;
 use terrain_experiments::verbs::{
     VerbError, amplify::Amplify, bake::Bake, convert::Convert, diffuse::Diffuse, eval::Eval, generate::Generate,
-    implicit::Implicit, info::Info, mesh::Mesh, render::Render,
+    implicit::Implicit, info::Info, mesh::Mesh, render::Render, tessellate::Tessellate,
 };
 
 /// Evaluates, describes, samples, meshes and draws terrain scenes, diffuses feature curves, makes solids, and converts
@@ -39,6 +39,7 @@ enum Verb {
     Diffuse(Diffuse),
     Implicit(Implicit),
     Amplify(Amplify),
+    Tessellate(Tessellate),
 }
 
 fn main() -> ExitCode {
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
         Verb::Diffuse(verb) => verb.run(),
         Verb::Implicit(verb) => verb.run(),
         Verb::Amplify(verb) => verb.run(),
+        Verb::Tessellate(verb) => verb.run(),
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build();
     let result = match pool {

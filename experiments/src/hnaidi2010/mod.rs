@@ -6,7 +6,7 @@ mod cost;
 mod curves;
 mod editing;
 mod figures;
-mod models;
+pub(crate) mod models;
 mod poisson;
 mod rasters;
 mod resolution;

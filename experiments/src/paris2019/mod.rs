@@ -9,7 +9,7 @@ mod geology;
 mod hydrology;
 mod instancing;
 mod landforms;
-mod landscapes;
+pub(crate) mod landscapes;
 mod meshing;
 mod queries;
 pub mod scenes;

@@ -24,7 +24,7 @@ pub const EXPERIMENT: Experiment = Experiment {
             A call is a value of f; look-ups of bare ground and enclosures are counted apart. Trees are weighed without the ground, as \
             in the paper; stacks are made of the same field, columns a cube apart, tops within 0.1 m.",
     code: "experiments/src/paris2019/table1.rs",
-    test: "experiments/src/paris2019/amplified.rs::every_recipe_is_read_and_makes_the_same_on_any_number_of_threads",
+    test: "experiments/src/paris2019/amplified.rs::the_canyon_is_the_same_on_any_number_of_threads",
     expected: |profile| Expected {
         seconds: profile.pick(60.0, 600.0),
         memory_bytes: profile.pick(4_096, 12_288) << 20,

@@ -3,8 +3,21 @@
 mod cameras;
 mod cracks;
 mod edges;
+mod fig3;
+mod fig5;
+mod fig6;
+mod fig8;
+pub(crate) mod picture;
+mod scenes;
 
 use crate::experiment::Experiment;
 
 /// This paper's experiments, in the order of the report.
-pub const EXPERIMENTS: &[&Experiment] = &[&cracks::EXPERIMENT, &edges::EXPERIMENT];
+pub const EXPERIMENTS: &[&Experiment] = &[
+    &fig3::EXPERIMENT,
+    &fig5::EXPERIMENT,
+    &fig6::EXPERIMENT,
+    &fig8::EXPERIMENT,
+    &cracks::EXPERIMENT,
+    &edges::EXPERIMENT,
+];

@@ -11,6 +11,7 @@ pub mod info;
 pub mod mesh;
 mod picture;
 pub mod render;
+pub mod tessellate;
 
 use crate::scenes::{self, SceneFileError};
 use clap::Args;

@@ -1,5 +1,6 @@
 // Position and normal of each vertex of each leaf's lattice: Phong tessellation, then fBm along the normal. Both depend on the
-// integer vertex and the camera alone. Twin: src/tessellate/surface.rs. `noise.wgsl` stands before it.
+// integer vertex and the camera alone. Twin: src/tessellate/surface.rs, which is the formula of displace.rs relative to the eye.
+// `noise.wgsl` stands before it.
 //
 // A jet is a value with its derivatives along u and v, the coordinates within a cell of the ground.
 
@@ -26,12 +27,17 @@ struct Surface {
     // Share of it on level ground and on the lowest, and what that leaves.
     share: vec2<f32>,
     rest: vec2<f32>,
-    // Where it is the lowest, above the eye, and 1 over the metres to where it is 1.
+    // Where it is the lowest, above the eye, and the metres to where it is 1.
     low: f32,
     rise: f32,
     // Wanted edge over distance.
     size: f32,
     octaves: u32,
+    // Cells of the raster: vertices beyond it are drawn back to its borders.
+    inside: vec2<u32>,
+    // Largest value of noise, and the sum of the octaves' amplitudes.
+    largest: f32,
+    range: f32,
 }
 
 struct Octave {
@@ -82,9 +88,16 @@ struct Point {
     normal: vec3<f32>,
 }
 
-fn displaced(vertex: vec2<u32>) -> Point {
+// The jet, or a bound where its value lies beyond.
+fn clamped(x: vec3<f32>, low: f32, high: f32) -> vec3<f32> {
+    let above = select(x, vec3<f32>(low, 0.0, 0.0), x.x < low);
+    return select(above, vec3<f32>(high, 0.0, 0.0), above.x > high);
+}
+
+fn displaced(any: vec2<u32>) -> Point {
     let per_cell = SIDE / surface.cells;
-    let cell = min(vertex / per_cell, vec2<u32>(surface.cells - 1u));
+    let vertex = min(any, surface.inside * per_cell);
+    let cell = min(vertex / per_cell, surface.inside - 1u);
     let t = vec2<f32>(vertex - cell * per_cell) / f32(per_cell);
     let u = vec3<f32>(t.x, 1.0, 0.0);
     let v = vec3<f32>(t.y, 0.0, 1.0);
@@ -125,25 +138,25 @@ fn displaced(vertex: vec2<u32>) -> Point {
     let root = sqrt(squared.x);
     let length_of_n = vec3<f32>(root, squared.yz / (root + root));
     n = Jets(over(n.x, length_of_n), over(n.y, length_of_n), over(n.z, length_of_n));
-    var high = (s.z - vec3<f32>(surface.low, 0.0, 0.0)) * surface.rise;
-    high = select(select(high, one, high.x > 1.0), vec3<f32>(0.0), high.x < 0.0);
-    let share = times(surface.share.x * one + surface.rest.x * (one - n.z), surface.share.y * one + surface.rest.y * high);
+    let high = clamped((s.z - vec3<f32>(surface.low, 0.0, 0.0)) / surface.rise, 0.0, 1.0);
+    let steep = surface.share.x * one + surface.rest.x * (one - n.z);
+    let share = clamped(times(steep, surface.share.y * one + surface.rest.y * high), 0.0, 1.0);
     let distance = sqrt(s.x.x * s.x.x + s.y.x * s.y.x + s.z.x * s.z.x);
     let size = surface.size * distance;
     var sum = vec3<f32>(0.0);
     for (var k = 0u; k < surface.octaves; k++) {
         let octave = octaves[k];
-        // Half a wave is no shorter than the wanted edge; bands that would alias have faded.
+        // Half a wave is no shorter than the wanted edge: bands that would alias have faded.
         let band = clamp(1.0 / max(2.0 * size * octave.frequency, 1e-30) - 1.0, 0.0, 1.0);
         if band > 0.0 {
             let p = vec3<f32>(s.x.x, s.y.x, s.z.x) * octave.frequency + octave.offset;
             let noise = gradient_noise(octave.key, p);
             let along = noise.y * (s.x.yz * octave.frequency) + noise.z * (s.y.yz * octave.frequency)
                 + noise.w * (s.z.yz * octave.frequency);
-            sum += vec3<f32>(noise.x, along) * (octave.amplitude * band);
+            sum += vec3<f32>(noise.x, along) / surface.largest * (band * octave.amplitude);
         }
     }
-    let by = times(share * surface.amplitude, sum);
+    let by = times(share * surface.amplitude, clamped(sum / surface.range, -1.0, 1.0));
     let p = Jets(s.x + times(by, n.x), s.y + times(by, n.y), s.z + times(by, n.z));
     let east_ward = vec3<f32>(p.x.y, p.y.y, p.z.y);
     let north_ward = vec3<f32>(p.x.z, p.y.z, p.z.z);
@@ -153,7 +166,9 @@ fn displaced(vertex: vec2<u32>) -> Point {
         east_ward.x * north_ward.y - east_ward.y * north_ward.x,
     );
     let length = sqrt(across.x * across.x + across.y * across.y + across.z * across.z);
-    return Point(vec3<f32>(p.x.x, p.y.x, p.z.x), across / length);
+    // Where displacement folds the surface it may have no normal: that of the smooth one then.
+    let normal = select(vec3<f32>(n.x.x, n.y.x, n.z.x), across / length, length > 0.0);
+    return Point(vec3<f32>(p.x.x, p.y.x, p.z.x), normal);
 }
 
 @compute @workgroup_size(64)

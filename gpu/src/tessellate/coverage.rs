@@ -16,23 +16,32 @@ pub struct Image<'a> {
 /// A triangle by its corners, metres.
 pub type Corners = [[f64; 3]; 3];
 
+/// Where a pixel's ray meets a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Fragment {
+    /// Shares of the corners, which sum to 1.
+    pub shares: [f64; 3],
+    /// Metres ahead of the eye over the focal length: it orders what a pixel sees.
+    pub depth: f64,
+}
+
 impl Image<'_> {
     /// Pixels that none of `triangles` covers.
     pub fn background<'t>(&self, triangles: impl IntoIterator<Item = &'t Corners>) -> usize {
         let mut covered = vec![false; self.size[0] * self.size[1]];
         for corners in triangles {
-            self.each(corners, |pixel| covered[pixel] = true);
+            self.each(corners, |pixel, _| covered[pixel] = true);
         }
         covered.iter().filter(|covered| !**covered).count()
     }
     /// Whether a pixel shows some of the triangle, if nothing hides it.
     pub fn shows(&self, corners: &Corners) -> bool {
         let mut any = false;
-        self.each(corners, |_| any = true);
+        self.each(corners, |_, _| any = true);
         any
     }
-    /// Calls `visit` with each pixel that the triangle covers.
-    fn each(&self, corners: &Corners, mut visit: impl FnMut(usize)) {
+    /// Calls `visit` with each pixel that the triangle covers, and where in it.
+    pub fn each(&self, corners: &Corners, mut visit: impl FnMut(usize, Fragment)) {
         let behind = |plane: [f64; 3]| corners.iter().all(|p| super::view::dot(plane, minus(*p, self.view.eye)) < 0.0);
         if self.view.planes().into_iter().any(behind) {
             return;
@@ -48,13 +57,16 @@ impl Image<'_> {
             for column in columns.clone() {
                 let [x, y] = [(0, column), (1, row)].map(|(axis, at)| self.place(axis, at));
                 let ray = [x, y, self.view.focal];
-                if edges.iter().all(|edge| super::view::dot(*edge, ray) * facing >= 0.0) {
-                    visit(row * self.size[0] + column);
+                let parts = edges.map(|edge| super::view::dot(edge, ray));
+                if parts.iter().all(|part| part * facing >= 0.0) {
+                    let sum = parts[0] + parts[1] + parts[2];
+                    let fragment = Fragment { shares: parts.map(|part| part / sum), depth: facing / sum };
+                    visit(row * self.size[0] + column, fragment);
                 }
             }
         }
     }
-    /// The middle of a pixel, in the view's own pixels from the middle of the image.
+    /// The middle of a pixel, in the view's own pixels from the middle of the image; row 0 is at the bottom.
     fn place(&self, axis: usize, at: usize) -> f64 {
         self.view.half[axis] * (2.0 * (at as f64 + 0.5) / self.size[axis] as f64 - 1.0)
     }
@@ -97,7 +109,7 @@ mod tests {
         let image = Image { view: &view, size: [64, 32] };
         let [a, b, c, d] = [[-4e3, -400.0], [4e3, -400.0], [4e3, 3000.0], [-4e3, 3000.0]].map(|[x, y]| [x, y, -50.0]);
         let mut covered = vec![false; 64 * 32];
-        [[a, b, c], [a, c, d]].iter().for_each(|part| image.each(part, |pixel| covered[pixel] = true));
+        [[a, b, c], [a, c, d]].iter().for_each(|part| image.each(part, |pixel, _| covered[pixel] = true));
         for (pixel, covered) in covered.iter().enumerate() {
             // The ray (x, 1, z) meets the plane where y = −50 ÷ z.
             let z = image.place(1, pixel / 64) / 100.0;

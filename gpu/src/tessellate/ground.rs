@@ -1,9 +1,11 @@
 //! A heightfield on 2ᵖ × 2ᵖ cells with its normals, and a pyramid that encloses what Phong tessellation
-//! makes of each block of cells. A raster of another size is continued flat beyond its north and east borders.
+//! makes of each block of cells. A raster of another size has its south-west part of them: vertices beyond its north and east
+//! borders are drawn back to these, so that triangles beyond have no area and those across end there.
 
 use super::triangle::{SIDE, Vertex};
 use super::view::unit;
 use terrain_model::grid::Grid;
+use terrain_model::real::Real;
 use thiserror::Error;
 
 /// A raster that cannot be tessellated.
@@ -17,6 +19,9 @@ pub enum GroundError {
         /// Samples from south to north.
         height: usize,
     },
+    /// Degrees are no lengths.
+    #[error("the raster is in degrees; make it metric first: `terrain convert --local-metres`")]
+    Geographic,
     /// An elevation is not finite.
     #[error("the elevation at column {i}, row {j} from the south is not finite; fill holes first")]
     Hole {
@@ -49,10 +54,13 @@ impl Block {
 /// A heightfield ready for tessellation. Coordinates are metres from its south-west corner.
 pub struct Ground {
     cells: usize,
+    /// Cells of the raster, at most `cells`.
+    inside: [usize; 2],
     spacing: [f64; 2],
     alpha: f64,
     heights: Vec<f64>,
     normals: Vec<[f64; 3]>,
+    curvatures: Vec<f64>,
     /// Level k has (cells >> k)² blocks.
     pyramid: Vec<Vec<Block>>,
 }
@@ -67,6 +75,9 @@ impl Ground {
         if !(2..=16_385).contains(&width) || !(2..=16_385).contains(&height) {
             return Err(GroundError::Size { width, height });
         }
+        if grid.crs().is_some_and(terrain_model::grid::Crs::is_geographic) {
+            return Err(GroundError::Geographic);
+        }
         if !(0.0..=1.0).contains(&alpha) {
             return Err(GroundError::Alpha(alpha));
         }
@@ -75,20 +86,33 @@ impl Ground {
         }
         let cells = (width.max(height) - 1).next_power_of_two();
         let n = cells + 1;
-        let sample = |i: usize, j: usize| grid.values()[j.min(height - 1) * width + i.min(width - 1)];
-        let heights: Vec<f64> = (0..n * n).map(|at| sample(at % n, at / n)).collect();
+        let inside = [width - 1, height - 1];
+        let nearest = |at: usize| [(at % n).min(inside[0]), (at / n).min(inside[1])];
+        let z = |i: usize, j: usize| grid.values()[j * width + i];
+        let heights = (0..n * n).map(nearest).map(|[i, j]| z(i, j)).collect();
         let [sx, sy] = spacing.to_array();
         let normals = (0..n * n)
-            .map(|at| {
-                let (i, j) = (at % n, at / n);
-                let (w, e) = (i.saturating_sub(1), (i + 1).min(cells));
-                let (so, no) = (j.saturating_sub(1), (j + 1).min(cells));
-                let dx = (heights[j * n + e] - heights[j * n + w]) / ((e - w) as f64 * sx);
-                let dy = (heights[no * n + i] - heights[so * n + i]) / ((no - so) as f64 * sy);
+            .map(nearest)
+            .map(|[i, j]| {
+                let (w, e) = (i.saturating_sub(1), (i + 1).min(inside[0]));
+                let (so, no) = (j.saturating_sub(1), (j + 1).min(inside[1]));
+                let dx = (z(e, j) - z(w, j)) / ((e - w) as f64 * sx);
+                let dy = (z(i, no) - z(i, so)) / ((no - so) as f64 * sy);
                 unit([-dx, -dy, 1.0])
             })
             .collect();
-        let mut ground = Ground { cells, spacing: [sx, sy], alpha, heights, normals, pyramid: Vec::new() };
+        let bend = |before: f64, here: f64, after: f64, s: f64| (before - 2.0 * here + after) / (s * s);
+        let curvatures = (0..n * n)
+            .map(nearest)
+            .map(|at| {
+                // At the border the nearest inner sample's.
+                let [i, j] = [0, 1].map(|k| at[k].clamp(1, inside[k].max(2) - 1));
+                let ([w, e], [so, no]) = ([i - 1, (i + 1).min(inside[0])], [j - 1, (j + 1).min(inside[1])]);
+                bend(z(w, j), z(i, j), z(e, j), sx) + bend(z(i, so), z(i, j), z(i, no), sy)
+            })
+            .collect();
+        let mut ground =
+            Ground { cells, inside, spacing: [sx, sy], alpha, heights, normals, curvatures, pyramid: Vec::new() };
         ground.pyramid = ground.build();
         Ok(ground)
     }
@@ -133,17 +157,13 @@ impl Ground {
     pub fn cells(&self) -> usize {
         self.cells
     }
-    /// Metres of a cell, from west to east and from south to north.
-    pub fn spacing(&self) -> [f64; 2] {
-        self.spacing
+    /// Cells of the raster, from west to east and from south to north.
+    pub fn inside(&self) -> [usize; 2] {
+        self.inside
     }
     /// The weight of Phong tessellation.
     pub fn alpha(&self) -> f64 {
         self.alpha
-    }
-    /// Elevation and normal at the corners of a cell: south-west, south-east, north-west, north-east.
-    pub fn samples_about(&self, cell: [u32; 2]) -> [(f64, [f64; 3]); 4] {
-        self.corners(cell[0] as usize, cell[1] as usize).map(|c| (self.heights[c], self.normals[c]))
     }
     /// Elevation and normal of every sample, row by row from the south-west.
     pub fn samples(&self) -> impl Iterator<Item = (f64, [f64; 3])> {
@@ -153,7 +173,16 @@ impl Ground {
     pub fn pyramid(&self) -> &[Vec<Block>] {
         &self.pyramid
     }
-    /// Sides of the domain from west to east and from south to north, metres.
+    /// The vertex itself, or the nearest on the raster's border.
+    pub fn within(&self, vertex: Vertex) -> Vertex {
+        let unit = SIDE / self.cells as u32;
+        [0, 1].map(|k| vertex[k].min(self.inside[k] as u32 * unit))
+    }
+    /// Sides of the raster from west to east and from south to north, metres.
+    pub fn extent(&self) -> [f64; 2] {
+        [0, 1].map(|k| self.inside[k] as f64 * self.spacing[k])
+    }
+    /// Sides of the square of triangles from west to east and from south to north, metres; at least the raster's.
     pub fn sides(&self) -> [f64; 2] {
         self.spacing.map(|spacing| self.cells as f64 * spacing)
     }
@@ -190,25 +219,91 @@ impl Ground {
     }
     /// Position after Phong tessellation and unit normal at a vertex of the grid: four corners, bilinear weights.
     pub fn smooth(&self, vertex: Vertex) -> ([f64; 3], [f64; 3]) {
-        let unit_of = SIDE / self.cells as u32;
-        let cell = vertex.map(|x| ((x / unit_of) as usize).min(self.cells - 1));
-        let [u, v] = [0, 1].map(|k| f64::from(vertex[k] - cell[k] as u32 * unit_of) / f64::from(unit_of));
-        let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+        let (cell, share) = self.cell(vertex);
+        let Smooth { position, normal, .. } = self.smooth_at(&self.place(cell, share));
+        (position, normal)
+    }
+    /// The raster's cell of a vertex, and where in it, in [0, 1].
+    pub(super) fn cell(&self, vertex: Vertex) -> ([usize; 2], [f64; 2]) {
+        let (unit, vertex) = (SIDE / self.cells as u32, self.within(vertex));
+        let cell: [usize; 2] = [0, 1].map(|k| ((vertex[k] / unit) as usize).min(self.inside[k] - 1));
+        (cell, [0, 1].map(|k| f64::from(vertex[k] - cell[k] as u32 * unit) / f64::from(unit)))
+    }
+    /// The place at `share` in a cell, from the south-west corner.
+    pub(super) fn place<R: Real>(&self, cell: [usize; 2], share: [R; 2]) -> Place<R> {
+        let plan = [0, 1].map(|k| (R::constant(cell[k] as f64) + share[k]) * R::constant(self.spacing[k]));
+        Place { cell, share, plan, datum: 0.0 }
+    }
+    /// [`Ground::smooth`] at a place, over any number: on duals it carries the tangents.
+    pub(super) fn smooth_at<R: Real>(&self, place: &Place<R>) -> Smooth<R> {
+        let one = R::one();
+        let Place { cell, share: [u, v], plan, datum } = *place;
+        let weights = [(one - u) * (one - v), u * (one - v), (one - u) * v, u * v];
         let corners = self.corners(cell[0], cell[1]);
-        let [x, y] = self.metres(vertex);
-        let z: f64 = (0..4).map(|k| weights[k] * self.heights[corners[k]]).sum();
-        let (mut shift, mut normal) = ([0.0; 3], [0.0; 3]);
+        let mean = |values: [R; 4]| (0..4).map(|k| weights[k] * values[k]).fold(R::zero(), |sum, part| sum + part);
+        let heights = corners.map(|c| R::constant(self.heights[c]) - R::constant(datum));
+        let z = mean(heights);
+        let [sx, sy] = self.spacing.map(R::constant);
+        let (mut shift, mut normal) = ([R::zero(); 3], [R::zero(); 3]);
         for k in 0..4 {
-            let n = self.normals[corners[k]];
-            let at = |axis: usize, side: usize| (cell[axis] + side) as f64 * self.spacing[axis];
-            let from = [x - at(0, k % 2), y - at(1, k / 2), z - self.heights[corners[k]]];
-            let off = super::view::dot(from, n);
+            let n = self.normals[corners[k]].map(R::constant);
+            let side = |axis: usize| R::constant([(k % 2) as f64, (k / 2) as f64][axis]);
+            let from = [(u - side(0)) * sx, (v - side(1)) * sy, z - heights[k]];
+            let off = dot3(from, n);
             for axis in 0..3 {
-                shift[axis] -= weights[k] * off * n[axis];
-                normal[axis] += weights[k] * n[axis];
+                shift[axis] = shift[axis] - weights[k] * off * n[axis];
+                normal[axis] = normal[axis] + weights[k] * n[axis];
             }
         }
+        let flat = [plan[0], plan[1], z];
         // Every normal points up, so that no mean of them vanishes.
-        (std::array::from_fn(|k| [x, y, z][k] + self.alpha * shift[k]), unit(normal))
+        let length = dot3(normal, normal).sqrt();
+        Smooth {
+            position: std::array::from_fn(|k| flat[k] + R::constant(self.alpha) * shift[k]),
+            normal: normal.map(|x| x / length),
+            curvature: mean(corners.map(|c| R::constant(self.curvatures[c]))),
+        }
     }
+    /// Elevation of the raster itself, bilinear, metres; nearest beyond the borders.
+    pub fn elevation(&self, at: [f64; 2]) -> f64 {
+        let place = [0, 1].map(|k| (at[k] / self.spacing[k]).clamp(0.0, self.inside[k] as f64));
+        let cell: [usize; 2] = [0, 1].map(|k| (place[k] as usize).min(self.inside[k] - 1));
+        let [u, v] = [0, 1].map(|k| place[k] - cell[k] as f64);
+        let [a, b, c, d] = self.corners(cell[0], cell[1]).map(|c| self.heights[c]);
+        (a * (1.0 - u) + b * u) * (1.0 - v) + (c * (1.0 - u) + d * u) * v
+    }
+    /// Lowest and highest elevation, without displacement.
+    pub fn range(&self) -> [f64; 2] {
+        self.heights.iter().fold([f64::MAX, f64::MIN], |[low, high], z| [low.min(*z), high.max(*z)])
+    }
+    /// West to east and south to north, metres between samples.
+    pub fn spacing(&self) -> [f64; 2] {
+        self.spacing
+    }
+}
+
+/// A place in a cell of the raster, with the coordinates it is given.
+pub(super) struct Place<R> {
+    /// Column and row of the cell.
+    pub cell: [usize; 2],
+    /// Where in it, in [0, 1].
+    pub share: [R; 2],
+    /// x and y, metres.
+    pub plan: [R; 2],
+    /// The elevation that is called 0, metres.
+    pub datum: f64,
+}
+
+/// The surface before noise.
+pub(super) struct Smooth<R> {
+    /// Metres.
+    pub position: [R; 3],
+    /// Unit.
+    pub normal: [R; 3],
+    /// Laplacian of the raster's elevation, 1/m: positive in valleys.
+    pub curvature: R,
+}
+
+pub(super) fn dot3<R: Real>(a: [R; 3], b: [R; 3]) -> R {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

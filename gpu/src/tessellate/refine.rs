@@ -152,4 +152,8 @@ impl<'a> Refinement<'a> {
     pub fn position(&self, vertex: Vertex) -> [f64; 3] {
         self.detail.position(self.ground, vertex, self.size(vertex))
     }
+    /// Unit normal of the displaced surface at `vertex`.
+    pub fn normal(&self, vertex: Vertex) -> [f64; 3] {
+        self.detail.normal(self.ground, vertex, self.size(vertex))
+    }
 }

@@ -2,36 +2,48 @@
 
 use super::census::Census;
 use super::coverage::Image;
-use super::displace::{Detail, Space};
+use super::displace::{Detail, Rule, Space};
 use super::ground::Ground;
 use super::refine::Refinement;
-use super::surface::{Relief, Surface};
+use super::surface::Surface;
 use super::triangle::{FINEST, SIDE, Triangle};
 use super::view::View;
 use std::collections::HashSet;
 use terrain_model::grid::Grid;
 use terrain_model::noise::{Octaves, mix};
 
-pub(super) const PEAK: [usize; 2] = [37, 60];
+const PEAK: [usize; 2] = [37, 60];
 
-pub(super) fn ground() -> Ground {
-    let height = |at: usize| {
-        let (i, j) = (at % 101, at / 101);
+/// Rough ground, and the same beyond column 100 and row 89 as on them.
+fn samples(width: usize, height: usize) -> Ground {
+    let elevation = |at: usize| {
+        let (i, j) = ((at % width).min(100), (at / width).min(89));
         let far = (i as f64 - PEAK[0] as f64).abs() + (j as f64 - PEAK[1] as f64).abs();
-        f64::from(mix(7, at as u32) >> 24) * 0.2 + (900.0 - 25.0 * far).max(0.0)
+        f64::from(mix(7, (j * 101 + i) as u32) >> 24) * 0.2 + (900.0 - 25.0 * far).max(0.0)
     };
-    let heights = (0..101 * 90).map(height).collect();
-    let grid = Grid::new([0.0, 0.0].into(), [30.0, 36.0].into(), 101, 90, heights).unwrap();
+    let heights = (0..width * height).map(elevation).collect();
+    let grid = Grid::new([0.0, 0.0].into(), [30.0, 36.0].into(), width, height, heights).unwrap();
     Ground::new(&grid, 0.6).unwrap()
 }
 
-pub(super) fn relief() -> Relief {
-    let octaves = Octaves { octaves: 6, frequency: 0.02, lacunarity: 2.0, gain: 0.5, amplitude: 6.0 };
-    Relief { octaves, seed: 3, floor: [0.3, 0.5], elevation: [0.0, 900.0] }
+fn ground() -> Ground {
+    samples(129, 129)
+}
+
+/// A raster that ends within its square.
+pub(super) fn partial() -> Ground {
+    samples(101, 90)
+}
+
+pub(super) fn detail_of(amplitude: f64) -> Detail {
+    let octaves = Octaves { octaves: 6, frequency: 0.02, lacunarity: 2.0, gain: 0.5, amplitude };
+    let mut detail = Detail::new(&octaves, 3, Space::Volume).unwrap();
+    (detail.floor, detail.elevation) = ([0.3, 0.5], [0.0, 900.0]);
+    detail
 }
 
 pub(super) fn detail() -> Detail {
-    relief().detail().unwrap()
+    detail_of(6.0)
 }
 
 fn unit_random(k: u32, use_of: u32) -> f64 {
@@ -154,34 +166,147 @@ fn edges_not_stopped_lie_within_a_factor_two_of_the_target() {
 }
 
 #[test]
-fn the_surface_lies_where_vertices_are_displaced_to_and_its_normal_is_square_to_it() {
-    let (ground, relief) = (ground(), relief());
-    let detail = relief.detail().unwrap();
-    let (mut tilted, mut most) = (0, 0.0f64);
-    for k in 0..2000 {
-        let view = camera(&ground, k % 20);
-        let refinement = Refinement::new(&ground, &detail, view, 24.0, 22);
-        let vertex = [0, 1].map(|axis| 1024 + (unit_random(k, 20 + axis) * f64::from(SIDE - 2048)) as u32);
-        let surface = Surface::new(&refinement, relief, [SIDE / 3, SIDE / 5]);
-        let place = |vertex| {
-            let p = surface.point::<f64>(vertex)[0];
-            std::array::from_fn::<f64, 3, _>(|axis| p[axis] + view.eye[axis])
-        };
-        let (p, q) = (place(vertex), refinement.position(vertex));
-        most = (0..3).fold(most, |most, axis| most.max((p[axis] - q[axis]).abs()));
-        // Neighbours half a metre away, on the same cell and band: the band follows the distance, so cameras at hand are left out.
-        let [x, y] = vertex;
-        if vertex.iter().any(|x| x % (SIDE / 128) < 8 || x % (SIDE / 128) > SIDE / 128 - 8) {
-            continue;
-        }
-        let ([east, west], [north, south]) = ([[x + 1, y], [x - 1, y]].map(place), [[x, y + 1], [x, y - 1]].map(place));
-        let n = surface.point::<f64>(vertex)[1];
-        for (a, b) in [(east, west), (north, south)] {
-            let along = super::view::unit(std::array::from_fn(|axis| a[axis] - b[axis]));
-            let sine = super::view::dot(n, along).abs();
-            tilted += usize::from(sine > 0.01);
+fn the_normal_is_that_of_the_displaced_surface_and_not_of_the_smooth_one() {
+    let (ground, mut detail) = (ground(), detail());
+    detail.concavity = Some([0.2, 0.05]);
+    let mut smooth_off = 0.0f64;
+    for rule in [Rule::Sum, Rule::Multifractal { offset: 0.9 }] {
+        detail.rule = rule;
+        for k in 0..200 {
+            // Odd coordinates lie in the inside of a cell, and so do their neighbours: 2 × 59 units, a hundredth of a metre.
+            let [x, y] = [0, 1].map(|axis| ((0.75 * unit_random(k, axis) * f64::from(SIDE)) as u32 | 63) & !4);
+            let at = |dx: i32, dy: i32| {
+                detail.position(&ground, [x.wrapping_add_signed(dx), y.wrapping_add_signed(dy)], 0.0)
+            };
+            let ([west, east], [south, north]) = ([at(-59, 0), at(59, 0)], [at(0, -59), at(0, 59)]);
+            let along = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| b[k] - a[k]);
+            let (u, v) = (along(west, east), along(south, north));
+            let normal = detail.normal(&ground, [x, y], 0.0);
+            for tangent in [u, v] {
+                let length = (0..3).map(|k| tangent[k] * tangent[k]).sum::<f64>().sqrt();
+                let off = |n: [f64; 3]| ((0..3).map(|k| n[k] * tangent[k]).sum::<f64>() / length).abs();
+                assert!(off(normal) < 2e-3, "{rule:?} {x} {y}: {}", off(normal));
+                smooth_off = smooth_off.max(off(ground.smooth([x, y]).1));
+            }
         }
     }
-    assert!(most < 1e-8, "{most}");
-    assert!(tilted < 20, "{tilted} of 4000");
+    assert!(smooth_off > 0.05, "{smooth_off}");
+}
+
+#[test]
+fn a_raster_that_is_no_square_ends_at_its_borders() {
+    let values = (0..21 * 13).map(|k| f64::from(k % 21) * 2.0 + f64::from(k / 21)).collect();
+    let grid = Grid::new(glam::DVec2::ZERO, glam::DVec2::splat(10.0), 21, 13, values).unwrap();
+    let (ground, detail) = (Ground::new(&grid, 0.5).unwrap(), detail());
+    assert_eq!((ground.extent(), ground.sides()), ([200.0, 120.0], [320.0; 2]));
+    for k in 0..400 {
+        let vertex = [0, 1].map(|axis| (unit_random(k, axis) * f64::from(SIDE)) as u32);
+        let ([x, y, _], _) = ground.smooth(vertex);
+        // Of a plane Phong tessellation makes the same plane, borders included.
+        let [u, v] = [0, 1].map(|axis| ground.metres(vertex)[axis].min(ground.extent()[axis]));
+        assert!((x - u).abs() < 1e-9 && (y - v).abs() < 1e-9, "{vertex:?}: {x} {y}");
+        let [a, b] = [vertex, ground.within(vertex)].map(|vertex| detail.position(&ground, vertex, 0.0));
+        assert_eq!(a, b);
+    }
+    // Control: the square's other corner is none of the raster's.
+    assert_ne!(ground.within([SIDE; 2]), [SIDE; 2]);
+}
+
+#[test]
+fn a_place_is_found_again_below_the_elevation_over_it() {
+    let (ground, detail) = (ground(), detail());
+    let (mut near, mut bare) = (0, 0);
+    for k in 0..400 {
+        let at = [0, 1].map(|axis| (0.1 + 0.6 * unit_random(k, axis)) * ground.sides()[axis as usize]);
+        let z = detail.elevation(&ground, at);
+        // The raster's own elevation (control) is off by the displacement, up to the amplitude.
+        let off = |z: f64| {
+            let vertex = |d: [f64; 2]| [0, 1].map(|i| ((at[i] + d[i]) / ground.sides()[i] * f64::from(SIDE)) as u32);
+            // The nearest of the displaced points about it.
+            let reach = 2.0 * detail.amplitude();
+            (0..41 * 41)
+                .map(|k| {
+                    let d = [k % 41, k / 41].map(|i| reach * (f64::from(i) / 20.0 - 1.0));
+                    let p = detail.position(&ground, vertex(d), 0.0);
+                    [p[0] - at[0], p[1] - at[1], p[2] - z].iter().map(|d| d * d).sum::<f64>().sqrt()
+                })
+                .fold(f64::INFINITY, f64::min)
+        };
+        near += usize::from(off(z) < 0.15 * detail.amplitude());
+        bare += usize::from(off(ground.elevation(at)) < 0.15 * detail.amplitude());
+    }
+    assert!(near > 390 && bare < 350, "{near} {bare}");
+}
+
+#[test]
+fn modulation_leaves_less_on_flats_in_lows_and_in_hollows() {
+    // A valley along y and level ground east of it; steep walls.
+    let height = |at: usize| ((at % 33) as f64 - 8.0).abs().min(8.0) * 20.0;
+    let grid = Grid::new([0.0, 0.0].into(), [10.0, 10.0].into(), 33, 33, (0..33 * 33).map(height).collect()).unwrap();
+    let ground = Ground::new(&grid, 0.0).unwrap();
+    let octaves = Octaves { octaves: 3, frequency: 0.07, lacunarity: 2.0, gain: 0.5, amplitude: 4.0 };
+    let plain = Detail::new(&octaves, 3, Space::Volume).unwrap();
+    let unit = SIDE / 32;
+    let most = |detail: &Detail, column: u32| {
+        let moved = |k: u32| {
+            let vertex = [column * unit, 3 * unit + k * unit / 40];
+            let (p, q) = (ground.smooth(vertex).0, detail.position(&ground, vertex, 0.0));
+            (0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f64>().sqrt()
+        };
+        (0..1000).map(moved).fold(0.0f64, f64::max)
+    };
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b;
+    let (flat, wall, bottom) = (25, 4, 8);
+    let mut sloped = plain.clone();
+    sloped.floor = [0.25, 1.0];
+    assert!(near(most(&sloped, flat), 0.25 * most(&plain, flat)) && most(&sloped, wall) > 0.5 * most(&plain, wall));
+    let mut raised = plain.clone();
+    (raised.floor, raised.elevation) = ([1.0, 0.1], [0.0, 160.0]);
+    assert!(near(most(&raised, bottom), 0.1 * most(&plain, bottom)));
+    assert!(near(most(&raised, flat), most(&plain, flat)));
+    let mut hollow = plain.clone();
+    hollow.concavity = Some([0.3, 0.4]);
+    assert!(near(most(&hollow, bottom), 0.3 * most(&plain, bottom)));
+    assert!(near(most(&hollow, flat), 0.65 * most(&plain, flat)));
+}
+
+#[test]
+fn the_multifractal_keeps_its_bound_and_its_neutral_value() {
+    let octaves = Octaves { octaves: 5, frequency: 0.3, lacunarity: 2.0, gain: 0.6, amplitude: 1.0 };
+    for offset in [0.0, 0.7, 1.5] {
+        let mut detail = Detail::new(&octaves, 9, Space::Volume).unwrap();
+        detail.rule = Rule::Multifractal { offset };
+        let (mut low, mut high) = (0.0f64, 0.0f64);
+        for k in 0..20_000 {
+            let value: f64 = detail.fbm([0, 1, 2].map(|axis| 1e3 * unit_random(k, axis)), 0.0);
+            (low, high) = (low.min(value), high.max(value));
+        }
+        assert!(-1.0 <= low && high <= 1.0 && high - low > 0.05, "{offset}: {low} {high}");
+        assert_eq!(detail.fbm([5.0, 6.0, 7.0], 1e9), 0.0, "no octave is left");
+    }
+}
+
+#[test]
+fn the_surface_seen_from_the_eye_is_the_displaced_one_and_not_that_of_another_amplitude() {
+    let ground = partial();
+    let [mut detail, mut other] = [6.0, 6.001].map(detail_of);
+    let equal = |a: [f64; 3], b: [f64; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-6);
+    let mut seen_in_control = 0;
+    for k in 0..1200 {
+        let rule = [Rule::Sum, Rule::Multifractal { offset: 0.9 }][k as usize % 2];
+        (detail.rule, other.rule) = (rule, rule);
+        (detail.concavity, other.concavity) = (Some([0.2, 0.05]), Some([0.2, 0.05]));
+        let view = camera(&ground, k % 20);
+        let [refinement, control] = [&detail, &other].map(|detail| Refinement::new(&ground, detail, view, 24.0, 22));
+        // Up to 200 m away, where octaves are left; some beyond the raster.
+        let vertex = [0, 1].map(|axis| {
+            let at = view.eye[axis as usize] + 400.0 * (unit_random(k, 20 + axis) - 0.5);
+            (at / ground.unit()[axis as usize]).clamp(0.0, f64::from(SIDE)) as u32
+        });
+        let [p, n] = Surface::new(&refinement, [SIDE / 3, SIDE / 5]).point::<f64>(vertex);
+        let p = [0, 1, 2].map(|axis| p[axis] + view.eye[axis]);
+        assert!(equal(p, refinement.position(vertex)) && equal(n, refinement.normal(vertex)), "{rule:?} {vertex:?}");
+        seen_in_control += usize::from(!equal(p, control.position(vertex)));
+    }
+    assert!(seen_in_control > 600, "{seen_in_control}");
 }

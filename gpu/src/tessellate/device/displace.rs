@@ -4,9 +4,11 @@
 use super::TessellateError;
 use super::refine::{ARGUMENTS, Refiner, bytes};
 use crate::context::{Context, ContextError};
+use crate::tessellate::displace::{Rule, Space};
 use crate::tessellate::ground::Ground;
 use crate::tessellate::surface::Surface;
 use crate::tessellate::triangle::{Triangle, Vertex};
+use terrain_model::noise::{GRADIENT3_RANGE, Octave, mix};
 use wgpu::BufferUsages;
 
 /// The kernel. Twin: [`Surface::point`].
@@ -33,6 +35,42 @@ pub fn lattice_vertices(leaf: &Triangle) -> [Vertex; VERTICES] {
         });
     }
     vertices
+}
+
+/// The surface and its octaves as the kernel reads them.
+fn words(surface: &Surface<'_>) -> Result<[Vec<u32>; 2], TessellateError> {
+    let Surface { ground, detail, origin, eye, size } = surface;
+    if matches!(detail.rule, Rule::Multifractal { .. }) {
+        return Err(TessellateError::Unsupported("a multifractal"));
+    }
+    if detail.space() == Space::Plan {
+        return Err(TessellateError::Unsupported("noise in the plane"));
+    }
+    if detail.concavity.is_some() {
+        return Err(TessellateError::Unsupported("a share that depends on concavity"));
+    }
+    let bits = |x: f64| (x as f32).to_bits();
+    let [low, high] = detail.elevation;
+    let range: f64 = detail.octaves().iter().map(|octave| octave.amplitude).sum();
+    let mut words = origin.to_vec();
+    words.extend(ground.unit().map(bits));
+    words.extend(eye.map(bits));
+    words.push(ground.cells() as u32);
+    words.extend(ground.spacing().map(bits));
+    words.extend([ground.alpha(), detail.amplitude()].map(bits));
+    words.extend(detail.floor.map(bits));
+    words.extend(detail.floor.map(|floor| bits(1.0 - floor)));
+    words.extend([low, (high - low).max(f64::from(f32::MIN_POSITIVE)), *size].map(bits));
+    words.push(detail.octaves().len() as u32);
+    words.extend(ground.inside().map(|cells| cells as u32));
+    words.extend([GRADIENT3_RANGE, range].map(bits));
+    let octave = |octave: &Octave<3>| {
+        let Octave { lattice, offset: [x, y, z], frequency, amplitude } = *octave;
+        let key = |axis: usize| mix(lattice.seed, axis as u32 + 1).wrapping_add(lattice.base[axis] as u32);
+        let [x, y, z, frequency, amplitude] = [x, y, z, frequency, amplitude].map(bits);
+        [key(0), key(1), key(2), frequency, x, y, z, amplitude]
+    };
+    Ok([words, detail.octaves().iter().flat_map(octave).collect()])
 }
 
 /// Displacement over one ground.
@@ -79,8 +117,10 @@ impl<'c> Displacer<'c> {
     /// Displaces the leaves that `refiner` found last; the vertices stay on the device.
     ///
     /// # Errors
-    /// When a binding does not hold the vertices of as many leaves as the refiner has room for, or the device refuses.
+    /// [`TessellateError::Unsupported`]; when a binding does not hold the vertices of as many leaves as the refiner has room for;
+    /// when the device refuses.
     pub fn displace(&mut self, refiner: &Refiner<'_>, surface: &Surface<'_>) -> Result<&wgpu::Buffer, TessellateError> {
+        let words = words(surface)?;
         let room = refiner.capacity().leaves;
         let vertices = match self.vertices.take() {
             Some((held, vertices)) if held == room => vertices,
@@ -88,8 +128,7 @@ impl<'c> Displacer<'c> {
         };
         let (_, vertices) = self.vertices.insert((room, vertices));
         self.context.checked("tessellate/displace.wgsl", || {
-            let [surface, octaves] =
-                surface.words().map(|words| self.context.upload("surface", &words, BufferUsages::STORAGE));
+            let [surface, octaves] = words.map(|words| self.context.upload("surface", &words, BufferUsages::STORAGE));
             let [leaves, counters, arguments] = refiner.buffers();
             let buffers = [&surface, &self.samples, &octaves, leaves, counters, vertices];
             let bindings = self.context.bind(&self.kernel.get_bind_group_layout(0), &buffers);

@@ -7,11 +7,13 @@ use crate::context::{Context, choose, required};
 use crate::program::conformance::DEVICE;
 use crate::tessellate::census::Census;
 use crate::tessellate::decision::{Decision, Pyramid};
+use crate::tessellate::displace::{Detail, Rule, Space};
 use crate::tessellate::refine::Refinement;
 use crate::tessellate::surface::Surface;
-use crate::tessellate::tests::{camera, detail, ground, relief};
+use crate::tessellate::tests::{camera, detail, partial};
 use crate::tessellate::triangle::{Triangle, Vertex};
 use std::collections::{HashMap, HashSet};
+use terrain_model::noise::Octaves;
 use terrain_model::rounding::Rounded;
 
 const CAMERAS: u32 = 20;
@@ -39,7 +41,7 @@ fn wrong(decision: &Decision<'_>, found: &[Triangle], cull: bool) -> usize {
 #[test]
 fn the_device_has_the_leaves_of_its_twin_and_a_kernel_with_another_rule_has_not() {
     let Some(context) = device() else { return };
-    let (ground, detail) = (ground(), detail());
+    let (ground, detail) = (partial(), detail());
     let pyramid = Pyramid::new(&ground);
     let mut refiner = Refiner::new(&context, &pyramid, ROOM).unwrap();
     let other = REFINE.replace("decision.radii[level]", "decision.radii[level] * 0.99");
@@ -70,7 +72,7 @@ fn the_device_has_the_leaves_of_its_twin_and_a_kernel_with_another_rule_has_not(
 #[test]
 fn leaves_of_the_device_fit_and_those_of_radii_that_do_not_nest_leave_cracks() {
     let Some(context) = device() else { return };
-    let (ground, detail) = (ground(), detail());
+    let (ground, detail) = (partial(), detail());
     let pyramid = Pyramid::new(&ground);
     let mut refiner = Refiner::new(&context, &pyramid, ROOM).unwrap();
     let other = REFINE.replace("decision.radii[level]", "decision.radii[level] * select(1.0, 0.36, level % 2u == 1u)");
@@ -93,7 +95,7 @@ fn leaves_of_the_device_fit_and_those_of_radii_that_do_not_nest_leave_cracks() {
 #[test]
 fn a_list_that_is_too_short_is_an_error_with_what_it_needs_and_grows() {
     let Some(context) = device() else { return };
-    let (ground, detail) = (ground(), detail());
+    let (ground, detail) = (partial(), detail());
     let pyramid = Pyramid::new(&ground);
     let refinement = Refinement::new(&ground, &detail, camera(&ground, 1), 24.0, 22);
     let decision = Decision::new(&pyramid, &refinement);
@@ -112,79 +114,115 @@ fn a_list_that_is_too_short_is_an_error_with_what_it_needs_and_grows() {
     assert!(error.contains("triangles of a level") && error.contains("a binding"), "{error}");
 }
 
-/// Largest distance of `found` from what `f64` says, over what is derived; positions and normals. `None` where the derived error is
-/// too wide to say anything: at the eye itself, and for normals where a clamped share may or may not vary.
-fn shares(surface: &Surface<'_>, vertex: Vertex, found: [[f32; 3]; 2]) -> [Option<f64>; 2] {
+/// Largest distance from what `f64` says, over what is derived: positions and normals, of each of `found`. `None` where the
+/// derived error is too wide to say anything: at the eye itself, and for normals where a clamped share may or may not vary.
+fn shares<const N: usize>(surface: &Surface<'_>, vertex: Vertex, found: [[[f32; 3]; 2]; N]) -> [[Option<f64>; 2]; N] {
     let (exact, derived) = (surface.point::<f64>(vertex), surface.point::<Rounded>(vertex));
-    [0, 1].map(|part| {
-        let each = (0..3).map(|k| {
-            let tolerance = DEVICE * derived[part][k].error + 1e-30;
-            ((f64::from(found[part][k]) - exact[part][k]).abs() / tolerance, tolerance)
-        });
-        let (share, tolerance) = each.fold((0.0f64, 0.0f64), |a, b| (a.0.max(b.0), a.1.max(b.1)));
-        (tolerance < 0.3).then_some(share)
+    found.map(|found| {
+        [0, 1].map(|part| {
+            let each = (0..3).map(|k| {
+                let tolerance = DEVICE * derived[part][k].error + 1e-30;
+                ((f64::from(found[part][k]) - exact[part][k]).abs() / tolerance, tolerance)
+            });
+            // A number that is none is no share of anything.
+            let most = |a: f64, b: f64| if b.is_nan() { f64::INFINITY } else { a.max(b) };
+            let (share, tolerance) = each.fold((0.0f64, 0.0f64), |a, b| (most(a.0, b.0), most(a.1, b.1)));
+            (tolerance < 0.3).then_some(share)
+        })
     })
 }
 
 #[test]
-fn vertices_of_the_device_lie_within_what_is_derived_of_f64_and_those_of_other_noise_do_not() {
+fn vertices_of_the_device_lie_within_what_is_derived_of_f64_and_those_of_another_octave_or_fade_do_not() {
     let Some(context) = device() else { return };
-    let (ground, relief) = (ground(), relief());
-    let (detail, pyramid) = (relief.detail().unwrap(), Pyramid::new(&ground));
+    let (ground, detail) = (partial(), detail());
+    let pyramid = Pyramid::new(&ground);
     let mut refiner = Refiner::new(&context, &pyramid, ROOM).unwrap();
-    let mut displacer = Displacer::new(&context, &ground).unwrap();
-    let other = DISPLACE.replace("- 15.0)", "- 14.99)");
-    assert_ne!(other, DISPLACE);
-    let mut control = Displacer::compile(&context, &other, &ground).unwrap();
-    let (mut all, mut vacuous, mut seen_in_control) = ([0usize; 2], [0usize; 2], [0usize; 2]);
+    let mut displacers = [
+        DISPLACE.to_owned(),
+        DISPLACE.replace("(band * octave.amplitude)", "(band * octave.amplitude * select(1.0, 1.02, k == 0u))"),
+        DISPLACE.replace("- 15.0)", "- 14.99)"),
+    ]
+    .map(|source| Displacer::compile(&context, &source, &ground).unwrap());
+    let (mut all, mut vacuous, mut seen_in_controls) = (0usize, [0usize; 2], [[0usize; 2]; 2]);
     let mut largest = [0.0f64; 2];
     for k in 0..4 {
         let refinement = Refinement::new(&ground, &detail, camera(&ground, k), 24.0, 22);
         let decision = Decision::new(&pyramid, &refinement);
-        let surface = Surface::new(&refinement, relief, decision.origin());
+        let surface = Surface::new(&refinement, decision.origin());
         let count = refiner.refine_growing(&decision, true).unwrap();
-        let leaves = refiner.leaves(count).unwrap();
-        displacer.displace(&refiner, &surface).unwrap();
-        control.displace(&refiner, &surface).unwrap();
-        let (found, wrong) = (displacer.read(count).unwrap(), control.read(count).unwrap());
-        let vertices: Vec<Vertex> = leaves.iter().flat_map(lattice_vertices).collect();
-        assert_eq!(vertices.len(), found.len());
-        for at in (0..found.len()).step_by(found.len() / 500 + 1) {
-            let (right, wrong) = (shares(&surface, vertices[at], found[at]), shares(&surface, vertices[at], wrong[at]));
+        let vertices: Vec<Vertex> = refiner.leaves(count).unwrap().iter().flat_map(lattice_vertices).collect();
+        let found = displacers.each_mut().map(|displacer| {
+            displacer.displace(&refiner, &surface).unwrap();
+            displacer.read(count).unwrap()
+        });
+        assert!(found.iter().all(|found| found.len() == vertices.len()));
+        for at in (0..vertices.len()).step_by(vertices.len() / 500 + 1) {
+            let [right, wrong @ ..] = shares(&surface, vertices[at], found.each_ref().map(|found| found[at]));
+            all += 1;
             for part in 0..2 {
-                all[part] += 1;
                 match right[part] {
                     Some(share) => largest[part] = largest[part].max(share),
                     None => vacuous[part] += 1,
                 }
-                seen_in_control[part] += usize::from(wrong[part].is_some_and(|share| share > 1.0));
+                for (seen, wrong) in seen_in_controls.iter_mut().zip(wrong) {
+                    seen[part] += usize::from(wrong[part].is_some_and(|share| share > 1.0));
+                }
             }
         }
     }
-    eprintln!("{}: {largest:?} of the tolerance, {vacuous:?} of {all:?} vacuous", context.description().name);
-    eprintln!("control: {seen_in_control:?}");
+    eprintln!("{}: {largest:?} of the tolerance, {vacuous:?} of {all} vacuous", context.description().name);
+    eprintln!("controls: {seen_in_controls:?}");
     assert!(largest.iter().all(|share| *share <= 1.0), "{largest:?}");
-    assert!((0..2).all(|part| vacuous[part] * 20 < all[part]), "{vacuous:?} of {all:?}");
-    assert!((0..2).all(|part| seen_in_control[part] * 4 > all[part]), "{seen_in_control:?} of {all:?}");
+    assert!((0..2).all(|part| vacuous[part] * 20 < all), "{vacuous:?} of {all}");
+    let [octave, fade] = seen_in_controls;
+    assert!(octave[0] * 10 > all && fade.iter().all(|seen| seen * 4 > all), "{seen_in_controls:?} of {all}");
+}
+
+#[test]
+fn what_the_device_cannot_displace_by_is_refused_by_name() {
+    let Some(context) = device() else { return };
+    let (ground, mut sum) = (partial(), detail());
+    let pyramid = Pyramid::new(&ground);
+    let refiner = Refiner::new(&context, &pyramid, ROOM).unwrap();
+    let mut displacer = Displacer::new(&context, &ground).unwrap();
+    let mut displace = |detail: &Detail| {
+        let refinement = Refinement::new(&ground, detail, camera(&ground, 1), 24.0, 22);
+        let decision = Decision::new(&pyramid, &refinement);
+        let displaced = displacer.displace(&refiner, &Surface::new(&refinement, decision.origin()));
+        displaced.map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(displace(&sum), Ok(()));
+    let octaves = Octaves { octaves: 3, frequency: 0.02, lacunarity: 2.0, gain: 0.5, amplitude: 6.0 };
+    let plan = displace(&Detail::new(&octaves, 3, Space::Plan).unwrap()).unwrap_err();
+    sum.concavity = Some([0.2, 0.05]);
+    let concave = displace(&sum).unwrap_err();
+    (sum.concavity, sum.rule) = (None, Rule::Multifractal { offset: 0.9 });
+    let product = displace(&sum).unwrap_err();
+    for (error, name) in [(plan, "noise in the plane"), (concave, "concavity"), (product, "a multifractal")] {
+        assert!(error.contains(name) && !error.contains('\n'), "{error}");
+    }
 }
 
 #[test]
 fn equal_vertices_have_equal_bits_and_unequal_ones_do_not() {
     let Some(context) = device() else { return };
-    let (ground, relief) = (ground(), relief());
-    let (detail, pyramid) = (relief.detail().unwrap(), Pyramid::new(&ground));
+    let (ground, detail) = (partial(), detail());
+    let pyramid = Pyramid::new(&ground);
     let mut refiner = Refiner::new(&context, &pyramid, ROOM).unwrap();
     let mut displacer = Displacer::new(&context, &ground).unwrap();
     let refinement = Refinement::new(&ground, &detail, camera(&ground, 3), 24.0, 22);
     let decision = Decision::new(&pyramid, &refinement);
     let count = refiner.refine_growing(&decision, false).unwrap();
     let leaves = refiner.leaves(count).unwrap();
-    displacer.displace(&refiner, &Surface::new(&refinement, relief, decision.origin())).unwrap();
+    displacer.displace(&refiner, &Surface::new(&refinement, decision.origin())).unwrap();
+    // Beyond the raster vertices are those of its border.
     let mut known: HashMap<Vertex, [u32; 6]> = HashMap::new();
     let (mut shared, mut levels) = (0, HashMap::new());
     for (at, (vertex, point)) in
         leaves.iter().flat_map(lattice_vertices).zip(displacer.read(count).unwrap()).enumerate()
     {
+        let vertex = ground.within(vertex);
         let bits: Vec<u32> = point.as_flattened().iter().map(|x| x.to_bits()).collect();
         let bits: [u32; 6] = bits.try_into().unwrap();
         assert!(point.as_flattened().iter().all(|x| x.is_finite()));

@@ -1,0 +1,125 @@
+//! `terrain tessellate` as a shell sees it.
+
+use glam::DVec2;
+use std::path::Path;
+use std::process::{Command, Output};
+use terrain_model::grid::{Crs, Grid};
+use terrain_model::io;
+
+fn terrain(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_terrain")).args(arguments).output().unwrap()
+}
+
+fn ok(arguments: &[&str]) -> String {
+    let output = terrain(arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The one line of standard error of a run that must fail, which must name everything in `parts`.
+fn one_line(arguments: &[&str], parts: &[&str]) {
+    let output = terrain(arguments);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    for part in parts {
+        assert!(error.contains(part), "no `{part}` in: {error}");
+    }
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A hill of 90 m on 33 × 25 samples, 20 m apart.
+fn raster(path: &Path) {
+    let height = |k: usize| {
+        let [x, y] = [(k % 33) as f32 - 16.0, (k / 33) as f32 - 12.0];
+        90.0 / (1.0 + 0.02 * (x * x + y * y))
+    };
+    let grid = Grid::new(DVec2::new(3000.0, 5000.0), DVec2::splat(20.0), 33, 25, (0..33 * 25).map(height).collect());
+    io::write_grid(path, &grid.unwrap().with_crs(Some(Crs::local_metres()))).unwrap();
+}
+
+#[test]
+fn a_raster_is_drawn_the_same_on_any_number_of_threads_and_otherwise_without_detail() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    raster(&at("a.tif"));
+    let (input, one, two, bare) = (at("a.tif"), at("one.png"), at("two.png"), at("bare.png"));
+    let camera = ["--camera", "3100,5020,+40,3300,5240,+5", "--size", "96x64"];
+    let draw = |out: &Path, more: &[&str]| {
+        let mut arguments = vec!["tessellate", text(&input), "--out", text(out)];
+        arguments.extend(camera);
+        arguments.extend(more);
+        ok(&arguments)
+    };
+    let said = draw(&one, &["--threads", "1"]);
+    assert!(said.contains("triangles in") && said.contains("sky in"), "{said}");
+    draw(&two, &["--threads", "3"]);
+    draw(&bare, &["--octaves", "0"]);
+    let [one, two, bare] = [one, two, bare].map(|path| std::fs::read(path).unwrap());
+    assert!(one == two, "pictures differ by threads");
+    assert!(one != bare, "detail is not seen");
+}
+
+#[test]
+fn a_mesh_lies_where_the_raster_does_and_no_farther_from_it_than_the_amplitude() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    raster(&at("a.tif"));
+    let (input, out) = (at("a.tif"), at("a.obj"));
+    let flat = ["--phong", "0", "--amplitude", "3", "--edge-px", "5"];
+    let mut arguments = vec!["tessellate", text(&input), "--out", text(&out)];
+    arguments.extend(flat);
+    let said = ok(&arguments);
+    let written = std::fs::read_to_string(&out).unwrap();
+    let vertices: Vec<Vec<f64>> = written
+        .lines()
+        .filter_map(|line| line.strip_prefix("v "))
+        .map(|line| line.split_whitespace().map(|number| number.parse().unwrap()).collect())
+        .collect();
+    assert!(said.contains(&format!("{} vertices", vertices.len())) && vertices.len() > 33 * 25, "{said}");
+    let low = |axis: usize| vertices.iter().fold(f64::INFINITY, |low, v| low.min(v[axis]));
+    let high = |axis: usize| vertices.iter().fold(f64::NEG_INFINITY, |high, v| high.max(v[axis]));
+    for (axis, from, to) in [(0, 3000.0, 3640.0), (1, 5000.0, 5480.0), (2, 10.0, 90.0)] {
+        assert!(low(axis) > from - 3.1 && low(axis) < from + 3.1, "axis {axis} from {}", low(axis));
+        assert!(high(axis) < to + 3.1 && high(axis) > to - 3.1, "axis {axis} to {}", high(axis));
+    }
+}
+
+#[test]
+fn a_flight_is_numbered_and_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    raster(&at("a.tif"));
+    let (input, out) = (at("a.tif"), at("f.png"));
+    let camera = ["--camera", "3100,5020,+40,3300,5240,+5", "--to", "3200,5060,+40,3300,5240,+5"];
+    let mut arguments = vec!["tessellate", text(&input), "--out", text(&out), "--frames", "3", "--size", "64x48"];
+    arguments.extend(camera);
+    ok(&arguments);
+    assert!(!out.exists());
+    let [a, b, c] = [0, 1, 2].map(|k| std::fs::read(at(&format!("f_0000{k}.png"))).unwrap());
+    assert!(a != b && b != c && a != c);
+}
+
+#[test]
+fn what_cannot_be_tessellated_is_said_in_one_line_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    raster(&at("a.tif"));
+    let header = "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9999\n";
+    std::fs::write(at("hole.asc"), format!("{header}1 2 3\n4 -9999 6\n")).unwrap();
+    let (good, hole, out, zip) = (at("a.tif"), at("hole.asc"), at("a.png"), at("a.zip"));
+    let run = |input: &Path, out: &Path, more: &[&str], parts: &[&str]| {
+        let mut arguments = vec!["tessellate", text(input), "--out", text(out), "--size", "64x48"];
+        arguments.extend(more);
+        one_line(&arguments, parts);
+        assert!(!out.exists());
+    };
+    run(&hole, &out, &[], &["hole.asc"]);
+    run(&good, &zip, &[], &["a.zip", ".png", ".glb"]);
+    run(&good, &out, &["--camera", "3300,5240,-5,3400,5300,+5"], &["--camera", "below the ground", "+"]);
+    run(&good, &out, &["--camera", "3300,5240,+500,3300,5240,+0"], &["--camera", "straight"]);
+    run(&at("none.tif"), &out, &[], &["none.tif"]);
+}
