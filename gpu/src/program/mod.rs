@@ -44,6 +44,9 @@ pub enum ProgramError {
         /// The most the device binds.
         limit: u64,
     },
+    /// A driver that ends loops early left an evaluation undone.
+    #[error("the driver ends loops before one evaluation is done: cut the terrain into smaller tiles")]
+    Cut,
     /// The device failed.
     #[error(transparent)]
     Context(#[from] ContextError),
@@ -55,7 +58,7 @@ pub fn source(depth: [usize; 2]) -> String {
 }
 
 /// The text of the machine: what every kernel that runs programs begins with. Its bindings are 0 to 3.
-pub fn machine(depth: [usize; 2]) -> String {
+pub(crate) fn machine(depth: [usize; 2]) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
@@ -134,7 +137,7 @@ impl Interpreter {
 }
 
 /// The buffers of bindings 0 to 3, each of which the device can bind.
-fn bindable<'a>(context: &Context, program: &'a Encoded) -> Result<[&'a [u32]; 4], ProgramError> {
+pub(crate) fn bindable<'a>(context: &Context, program: &'a Encoded) -> Result<[&'a [u32]; 4], ProgramError> {
     let limit = context.largest_binding();
     let buffers = [&program.code, &program.parameters, &program.octaves, &program.images].map(Vec::as_slice);
     for (what, words) in ["instructions", "parameters", "octaves", "images"].into_iter().zip(buffers) {
@@ -147,7 +150,7 @@ fn bindable<'a>(context: &Context, program: &'a Encoded) -> Result<[&'a [u32]; 4
 }
 
 /// Are stacks of `limit` deep enough?
-fn fits(needed: [usize; 2], limit: [usize; 2]) -> Result<(), ProgramError> {
+pub(crate) fn fits(needed: [usize; 2], limit: [usize; 2]) -> Result<(), ProgramError> {
     match needed.into_iter().zip(limit).find(|(needed, limit)| needed > limit) {
         Some((found, limit)) => Err(ProgramError::TooDeep { found, limit }),
         None => Ok(()),
