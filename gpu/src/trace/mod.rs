@@ -4,6 +4,7 @@
 //! never passes the surface; a hit is therefore a height that is small, not a change of sign. A dispatch follows a ray for so
 //! many turns and leaves its state to the next, so that none runs long and none passes what a driver gives an invocation.
 
+pub mod compare;
 mod ground;
 mod tiles;
 

@@ -1,10 +1,11 @@
+use super::compare::{compare, prove};
 use super::*;
 use crate::context::required;
 use glam::{DVec2, DVec3, Vec2};
 use terrain_model::noise::{Combination, Octaves, mix};
 use terrain_model::primitive::disc::{Disc, DiscNoise};
 use terrain_model::program::Program;
-use terrain_model::trace::certified::{Certified, CertifiedTracer, Effort};
+use terrain_model::trace::certified::Effort;
 use terrain_model::tree::{Node, Tree};
 
 fn context() -> Option<Context> {
@@ -49,33 +50,6 @@ fn rays(count: u32) -> Vec<Ray> {
     (0..count).map(ray).chain(straight).collect()
 }
 
-/// Until where the solid is met, as proved.
-fn certified(program: &Program, rays: &[Ray]) -> Vec<Option<f64>> {
-    let mut oracle = CertifiedTracer::new(program);
-    let mut proved = |ray| match oracle.trace(ray, &Effort::default()) {
-        Certified::Hit { t1, .. } | Certified::Wall { t1, .. } => Some(t1),
-        Certified::Miss | Certified::Undecided { .. } => None,
-    };
-    rays.iter().map(&mut proved).collect()
-}
-
-/// Certified hits that were missed, and hits where the terrain is not near.
-fn tally(tiles: &Tiles, surface: &Surface<'_>, rays: &[Ray], proved: &[Option<f64>], found: &[Found]) -> [usize; 2] {
-    let missed = proved.iter().zip(found).filter(|(proved, found)| {
-        let t = found.answer.distance().unwrap_or(f64::INFINITY);
-        proved.is_some_and(|until| t > until + found.slack)
-    });
-    let far = rays.iter().zip(found).filter(|(ray, found)| {
-        let Some(t) = found.answer.distance() else { return false };
-        let p = ray.at(t);
-        let (elevation, weight) = surface.program().height(p.truncate());
-        let near = EPSILON.max(2.0 * found.slack) + found.slack;
-        let thin = 2.0 * tiles.margins()[1] + 2.0 * surface.global().weight_slope * found.slack;
-        p.z - elevation > near || weight < THRESHOLD - thin
-    });
-    [missed.count(), far.count()]
-}
-
 const EPSILON: f64 = 0.01;
 
 #[test]
@@ -85,24 +59,23 @@ fn no_certified_hit_is_missed_and_a_third_of_the_bound_misses() {
     let surface = Surface::new(&program);
     let tiles = Tiles::new(&surface, 16).unwrap();
     let rays = rays(300);
-    let proved = certified(&program, &rays);
-    let hits = proved.iter().flatten().count();
+    let proved = prove(&surface, &rays, &Effort::default());
     let beams = beams(&surface, &tiles, &rays);
     let tracer = Tracer::new(&context, &tiles).unwrap();
     let mut steps = Vec::new();
     for bound in Bound::ALL {
         let settings = Settings { bound, epsilon: EPSILON, most_steps: 5000, share: 1.0 };
         let found = tracer.trace(&beams, &settings).unwrap();
-        assert_eq!(tally(&tiles, &surface, &rays, &proved, &found), [0, 0], "{bound:?}");
-        let largest = found.iter().map(|found| found.slack).fold(0.0, f64::max);
-        assert!(hits > 100 && largest < 0.1, "{hits} {largest}");
-        assert!(found.iter().all(|found| !matches!(found.answer, Answer::GaveUp { .. })));
-        steps.push(found.iter().map(|found| u64::from(found.steps)).sum::<u64>());
+        let compared = compare((&surface, &tiles), &settings, &rays, &proved, &found);
+        assert_eq!((compared.missed, compared.false_hits, compared.gave_up), (0, 0, 0), "{bound:?} {compared:?}");
+        assert!(compared.hits > 100 && compared.largest_slack < 0.1, "{compared:?}");
+        steps.push(compared.steps);
     }
     assert!(steps.is_sorted_by(|a, b| a > b), "{steps:?}");
     let third = Settings { bound: Bound::Tile, epsilon: EPSILON, most_steps: 5000, share: 1.0 / 3.0 };
-    let [missed, _] = tally(&tiles, &surface, &rays, &proved, &tracer.trace(&beams, &third).unwrap());
-    assert!(missed > 5, "{missed}");
+    let found = tracer.trace(&beams, &third).unwrap();
+    let compared = compare((&surface, &tiles), &third, &rays, &proved, &found);
+    assert!(compared.missed > 5, "{compared:?}");
 }
 
 /// However the work is split into dispatches, the answer is the same to the bit; where a driver cuts loops, they are cut here.
