@@ -17,6 +17,7 @@ pub use tiles::Tiles;
 use crate::context::Context;
 use crate::program::{DEEPEST, ProgramError, bindable, fits, machine};
 use glam::DVec3;
+use rayon::prelude::*;
 use terrain_model::bounds::THRESHOLD;
 use terrain_model::trace::{Answer, HeightRay, Ray, RayFunction, Surface};
 
@@ -188,8 +189,7 @@ pub struct Beams<'r> {
 /// Brings rays to where they first can meet the terrain, relative to the tile there. What `f32` makes of that place is where
 /// the ray's drift starts.
 pub fn beams<'r>(surface: &Surface<'_>, tiles: &Tiles, rays: &'r [Ray]) -> Beams<'r> {
-    let mut along = HeightRay::new(surface);
-    let words = rays.iter().map(|ray| {
+    let words = rays.par_iter().map_init(|| HeightRay::new(surface), |along, ray| {
         along.aim(*ray);
         let Some((start, _)) = along.span() else {
             // Off the grid, where nothing is met.
