@@ -5,12 +5,12 @@ use clap::{Args, ValueEnum};
 use rayon::prelude::*;
 use terrain_gpu::context::Context;
 use terrain_gpu::trace::{self, Bound, Tiles};
+use terrain_model::trace::Ray;
 use terrain_model::trace::camera::Camera;
 use terrain_model::trace::shade::{Eye, Pixel, View};
-use terrain_model::trace::Ray;
 
 /// Tiles along the longer side of a terrain.
-const TILES: usize = 32;
+const TILES: usize = 128;
 /// Rays that are followed before their pixels are shaded.
 const BAND: usize = 1 << 20;
 
@@ -62,12 +62,8 @@ impl Device {
             return Err(VerbError::Other("the terrain is empty".to_owned()));
         };
         let tracer = trace::Tracer::new(&context, &tiles).map_err(|error| other(&error))?;
-        let settings = trace::Settings {
-            bound,
-            epsilon: view.settings.epsilon,
-            most_steps: view.settings.max_steps,
-            share: 1.0,
-        };
+        let settings =
+            trace::Settings { bound, epsilon: view.settings.epsilon, most_steps: view.settings.max_steps, share: 1.0 };
         let width = camera.width().max(1);
         let band = width * (BAND / width).max(1);
         for (first, pixels) in pixels.chunks_mut(band).enumerate() {

@@ -102,7 +102,9 @@ impl Render {
     pub fn run(&self) -> Result<(), VerbError> {
         Format::of(&self.out)?;
         if self.device.is_adapter() && self.tracer == Method::Certified {
-            return Err(VerbError::Other("--tracer certified: proofs run on the processor; leave out --backend".to_owned()));
+            return Err(VerbError::Other(
+                "--tracer certified: proofs run on the processor; leave out --backend".to_owned(),
+            ));
         }
         let (scene, program) = self.scene.load()?;
         let (low, high) = self.scene.support(&program)?;

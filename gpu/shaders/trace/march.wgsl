@@ -7,7 +7,7 @@
 // `placed` within it, metres. With UNIT = 2⁻²⁴ and a unit direction: the rounded direction moves a point by UNIT·s, the
 // product rounds by UNIT·s, the sum by UNIT·(|x| + |y| + |z|), and s itself is held to its spacing, 2·UNIT·s. Where a tile
 // is left, the quotient may be off by 5 half units and its difference by one, so that the border is met within 8·UNIT·(s +
-// width). f(x, y) differs from what the device computes by at most the margin. h = z − f changes by at most 1 + λ per metre
+// width). f(x, y) differs from what the device computes by at most the tile's margin. h = z − f changes by at most 1 + λ per metre
 // of place, so the true height is at least the computed one less `slack`: a step covers what is left of it.
 
 struct Beam {
@@ -36,9 +36,6 @@ struct Grid {
     rows: i32,
     // Half the width of a tile.
     half: f32,
-    // How far the device's elevation and weight may be off.
-    margin: f32,
-    weight_margin: f32,
     // A hit is a height below this, or below twice the slack.
     epsilon: f32,
     // The least step at the border of the domain.
@@ -153,8 +150,8 @@ fn march(before: Beam) -> Beam {
         let found = run(tile.start, tile.end, q.xy);
         now.steps += 1u;
         let off_by = now.drift + rounding + 5.0 * UNIT * now.s;
-        let slack = grid.margin + (1.0 + tile.slope) * off_by;
-        let border = T - grid.weight_margin - tile.weight_slope * off_by;
+        let slack = tile.margin + (1.0 + tile.slope) * off_by;
+        let border = T - tile.weight_margin - tile.weight_slope * off_by;
         let thinning = now.across * tile.weight_slope;
         var step = 0.0;
         if tile.inside == 0u && found.y < border {

@@ -10,6 +10,9 @@ struct Tile {
     highest: f32,
     // 1 where the weight is at least T everywhere.
     inside: u32,
+    // How far the device's elevation and weight may be off.
+    margin: f32,
+    weight_margin: f32,
     // Of ∂f/∂x and ∂f/∂y, where the weight is at least T.
     least_gradient: vec2<f32>,
     greatest_gradient: vec2<f32>,

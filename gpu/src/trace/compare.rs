@@ -1,6 +1,7 @@
 //! The device's answers beside the certified tracer's, ray by ray.
 
 use super::{Found, Settings, Tiles};
+use glam::DVec3;
 use rayon::prelude::*;
 use terrain_model::bounds::THRESHOLD;
 use terrain_model::program::{Cells, Evidence};
@@ -63,17 +64,18 @@ pub fn compare(
         }
         let Some(t) = met else { continue };
         out.largest_slack = out.largest_slack.max(found.slack);
-        out.false_hits += usize::from(!near(surface, tiles, settings, ray.at(t), found.slack));
+        out.false_hits += usize::from(!near(surface, tiles, settings, ray.at(t), found));
     }
     out
 }
 
 /// Is the terrain as near as the device's answer promises? What it took for less than its threshold, or for a weight of T,
 /// is off by its slack.
-fn near(surface: &Surface<'_>, tiles: &Tiles, settings: &Settings, p: glam::DVec3, slack: f64) -> bool {
+fn near(surface: &Surface<'_>, tiles: &Tiles, settings: &Settings, p: DVec3, found: &Found) -> bool {
+    let slack = found.slack;
     let program = surface.cells().over(p.truncate(), p.truncate());
     let (elevation, weight) = program.height(p.truncate());
     let height = settings.epsilon.max(2.0 * slack) + slack;
-    let thin = 2.0 * (tiles.margins()[1] + surface.global().weight_slope * slack);
+    let thin = 2.0 * (tiles.margins(found.place.tile)[1] + surface.global().weight_slope * slack);
     p.z - elevation <= height && weight >= THRESHOLD - thin
 }

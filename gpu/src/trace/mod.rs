@@ -189,28 +189,31 @@ pub struct Beams<'r> {
 /// Brings rays to where they first can meet the terrain, relative to the tile there. What `f32` makes of that place is where
 /// the ray's drift starts.
 pub fn beams<'r>(surface: &Surface<'_>, tiles: &Tiles, rays: &'r [Ray]) -> Beams<'r> {
-    let words = rays.par_iter().map_init(|| HeightRay::new(surface), |along, ray| {
-        along.aim(*ray);
-        let Some((start, _)) = along.span() else {
-            // Off the grid, where nothing is met.
-            let mut off = [0; BEAM];
-            off[CELL] = u32::MAX;
-            return off;
-        };
-        let p = ray.at(start.max(0.0));
-        let [i, j] = tiles.cell(p.truncate());
-        let local = (p.truncate() - tiles.centre(j * tiles.columns + i)).extend(p.z);
-        let stored = local.as_vec3();
-        // In f64 the place is off by less than 2⁻⁵⁰ of the numbers it is made of.
-        let sizes = ray.origin.abs().max_element() + p.abs().max_element() + start.abs();
-        let drift = ((stored.as_dvec3() - local).length() + sizes * 4.0 * f64::EPSILON) as f32;
-        let across = ray.direction.truncate().length() as f32;
-        let (stored, direction) = (stored.to_array(), ray.direction.as_vec3().to_array());
-        let [[x, y, z], [u, v, w]] = [stored, direction].map(|vector| vector.map(f32::to_bits));
-        let [drift, across] = [drift, across].map(|x| x.next_up().to_bits());
-        // It starts at 0, underway, as if it came from where nothing is.
-        [x, y, z, drift, u, v, w, across, i as u32, j as u32, 0, UNDERWAY, 0, 1, 0, 0]
-    });
+    let words = rays.par_iter().map_init(
+        || HeightRay::new(surface),
+        |along, ray| {
+            along.aim(*ray);
+            let Some((start, _)) = along.span() else {
+                // Off the grid, where nothing is met.
+                let mut off = [0; BEAM];
+                off[CELL] = u32::MAX;
+                return off;
+            };
+            let p = ray.at(start.max(0.0));
+            let [i, j] = tiles.cell(p.truncate());
+            let local = (p.truncate() - tiles.centre(j * tiles.columns + i)).extend(p.z);
+            let stored = local.as_vec3();
+            // In f64 the place is off by less than 2⁻⁵⁰ of the numbers it is made of.
+            let sizes = ray.origin.abs().max_element() + p.abs().max_element() + start.abs();
+            let drift = ((stored.as_dvec3() - local).length() + sizes * 4.0 * f64::EPSILON) as f32;
+            let across = ray.direction.truncate().length() as f32;
+            let (stored, direction) = (stored.to_array(), ray.direction.as_vec3().to_array());
+            let [[x, y, z], [u, v, w]] = [stored, direction].map(|vector| vector.map(f32::to_bits));
+            let [drift, across] = [drift, across].map(|x| x.next_up().to_bits());
+            // It starts at 0, underway, as if it came from where nothing is.
+            [x, y, z, drift, u, v, w, across, i as u32, j as u32, 0, UNDERWAY, 0, 1, 0, 0]
+        },
+    );
     Beams { rays, words: words.collect() }
 }
 
@@ -221,10 +224,9 @@ impl Tiles {
     /// What the shader knows of the whole grid.
     fn grid(&self, settings: &Settings, turns: u32) -> Vec<u32> {
         let half = self.half();
-        let [margin, weight_margin] = self.margins().map(|margin| (margin as f32).next_up());
         let numbers = [settings.epsilon, least_step(half), self.steepest, settings.share].map(|x| x as f32);
         let mut grid = vec![self.columns as u32, self.rows as u32];
-        grid.extend([half as f32, margin, weight_margin].into_iter().chain(numbers).map(f32::to_bits));
+        grid.extend([half as f32].into_iter().chain(numbers).map(f32::to_bits));
         grid.extend([settings.bound as u32, settings.most_steps, turns, 2]);
         grid
     }

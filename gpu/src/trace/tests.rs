@@ -110,9 +110,9 @@ fn elevations_and_gradients_lie_within_the_margins_and_those_a_metre_aside_do_no
         (Place { tile: mix(3, k) as usize % tiles.count(), at }, 10.0 * unit(k, 4))
     };
     let places: Vec<(Place, f32)> = (0..8000).map(place).collect();
-    let [margin, weight_margin] = tiles.margins();
     let (mut checked, mut worst, mut aside) = (0, 0.0f64, 0);
     for ((place, reach), found) in places.iter().zip(surveyor.look(&places).unwrap()) {
+        let [margin, weight_margin] = tiles.margins(place.tile);
         let exact = |p: Vec2| program.height(tiles.world(&Place { at: p, ..*place }));
         let (elevation, weight) = exact(place.at);
         let [low, high] = line(&tiles, place, *reach);

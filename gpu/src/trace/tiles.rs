@@ -25,7 +25,7 @@ const PROBES: u32 = 4;
 /// What the largest error found at them is multiplied by for the points between.
 const BETWEEN: f64 = 2.0;
 /// Words of a tile.
-const TILE: usize = 10;
+const TILE: usize = 12;
 
 /// A terrain as the device traces it.
 #[derive(Debug)]
@@ -41,7 +41,8 @@ pub struct Tiles {
     pub(super) rows: usize,
     /// λ_h of the whole terrain.
     pub(super) steepest: f64,
-    margins: [f64; 2],
+    /// See [`Tiles::margins`].
+    margins: Vec<[f64; 2]>,
     /// The most iterations that one evaluation may take, about.
     pub(super) cost: usize,
 }
@@ -76,18 +77,20 @@ impl Tiles {
             columns,
             rows,
             steepest: surface.global().steepest(),
-            margins: [0.0; 2],
+            margins: Vec::new(),
             cost: 1,
         };
         let tiles: Vec<Option<Tile>> = (0..columns * rows)
             .into_par_iter()
             .map_init(|| Bounder::new(surface), |bounder, k| bounder.tile(out.centre(k), width))
             .collect();
-        for tile in tiles.iter().flatten() {
-            out.margins = [0, 1].map(|which| out.margins[which].max(BETWEEN * tile.margins[which]));
+        for k in 0..tiles.len() {
+            let near = out.around(k).filter_map(|k| tiles[k].as_ref()).map(|tile| tile.margins);
+            out.margins
+                .push(near.fold([0.0; 2], |most, own| [0, 1].map(|which| most[which].max(BETWEEN * own[which]))));
         }
-        for tile in &tiles {
-            out.push(tile.as_ref());
+        for (k, tile) in tiles.iter().enumerate() {
+            out.push(tile.as_ref(), out.margins[k]);
         }
         Some(out)
     }
@@ -108,14 +111,25 @@ impl Tiles {
     pub fn count(&self) -> usize {
         self.columns * self.rows
     }
-    /// How far the device's elevations, metres, and weights may be from the terrain's where it has ground: what `f32` rounds
-    /// by `Rounded`, times [`DEVICE`], and what rounding the parameters moves. The sum is derived at points all over the
-    /// terrain, 16 on each tile; between them it is taken to be at most [`BETWEEN`] times the largest of all, which is no
-    /// proof: tests and the experiment `gpu/tracing` hold the device to it elsewhere.
-    pub fn margins(&self) -> [f64; 2] {
-        self.margins
+    /// The tile and its neighbours.
+    fn around(&self, k: usize) -> impl Iterator<Item = usize> {
+        let (columns, rows) = (self.columns, self.rows);
+        let (i, j) = (k % columns, k / columns);
+        let beside = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+        beside(j, rows).flat_map(move |j| beside(i, columns).map(move |i| j * columns + i))
     }
-    fn push(&mut self, tile: Option<&Tile>) {
+    /// How far the device's elevations, metres, and weights may be from the terrain's on a tile, where it has ground: what
+    /// `f32` rounds by `Rounded`, times [`DEVICE`], and what rounding the parameters moves. The sum is derived at 16 points
+    /// of the tile and of each of its neighbours; between them it is taken to be at most [`BETWEEN`] times the largest of
+    /// these, which is no proof: tests and the experiment `gpu/tracing` hold the device to it elsewhere.
+    pub fn margins(&self, tile: usize) -> [f64; 2] {
+        self.margins[tile]
+    }
+    /// The largest of them.
+    pub fn largest_margins(&self) -> [f64; 2] {
+        self.margins.iter().fold([0.0; 2], |most, own| [0, 1].map(|which| most[which].max(own[which])))
+    }
+    fn push(&mut self, tile: Option<&Tile>, margins: [f64; 2]) {
         let Some(tile) = tile else {
             self.records.extend([0; TILE]);
             return;
@@ -124,10 +138,10 @@ impl Tiles {
         let up = |x: f64| (x as f32).next_up().to_bits();
         let down = |x: f64| (x as f32).next_down().to_bits();
         // A position is off by less than PAD·width, so that its weight is above T too.
-        let inside = tile.least_weight >= THRESHOLD + self.margins[1];
+        let inside = tile.least_weight >= THRESHOLD + margins[1];
         let [x, y] = tile.gradient;
         self.records.extend([program.start, program.end, up(tile.slope), up(tile.weight_slope)]);
-        self.records.extend([up(tile.highest + self.margins[0]), u32::from(inside)]);
+        self.records.extend([up(tile.highest + margins[0]), u32::from(inside), up(margins[0]), up(margins[1])]);
         self.records.extend([down(x.lo()), down(y.lo()), up(x.hi()), up(y.hi())]);
         // Loops run over instructions, their octaves, and arcs, which take several parameters each.
         let loops = tile.program.code().len() + tile.program.octaves().len() + tile.program.parameters().len() / 4;
