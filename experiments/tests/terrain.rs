@@ -8,7 +8,9 @@ use terrain_model::io;
 const DEMO: &str = "builtin:demo";
 
 fn terrain(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_terrain")).args(arguments).output().unwrap()
+    // Drivers of adapters complain on standard error where no session has set this.
+    let session = std::env::temp_dir();
+    Command::new(env!("CARGO_BIN_EXE_terrain")).args(arguments).env("XDG_RUNTIME_DIR", session).output().unwrap()
 }
 
 /// Standard output of a run that must succeed.
@@ -178,6 +180,44 @@ fn every_tracer_draws_the_same_picture_of_the_demo() {
         let different = pairs.filter(|(a, b)| (*a - *b).abs() > 0.02).count();
         assert!(different <= 6, "{different} of {} pixels differ", other.len());
     }
+}
+
+/// Depths and colours of a small picture of the demo, and its statistics.
+fn drawn(more: &[&str]) -> (Vec<f32>, Vec<f32>, Value) {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, stats) = (folder.path().join("a.exr"), folder.path().join("a.json"));
+    let common = ["render", DEMO, "--size", "32x18", "--out", text(&out), "--stats", text(&stats)];
+    ok(&[&common[..], more].concat());
+    let stats = serde_json::from_str(&std::fs::read_to_string(&stats).unwrap()).unwrap();
+    let layer = |name: &str| {
+        let layers = io::exr::read_layers(&out).unwrap().layers;
+        layers.into_iter().find(|layer| layer.0 == name).unwrap().1
+    };
+    (layer("depth"), layer("G"), stats)
+}
+
+#[test]
+fn an_adapter_draws_the_picture_of_the_processor_or_says_what_is_missing() {
+    let on_adapter = ["--backend", "gpu", "--tracer", "segment"];
+    let (depth, green, stats) = drawn(&["--tracer", "segment"]);
+    assert!(stats["adapter"].is_null());
+    let proof = fails(1, &["render", DEMO, "--backend", "gpu", "--tracer", "certified", "--out", "a.png"]);
+    one_line(&proof, &["certified", "--backend"]);
+    let Some(adapter) = terrain_gpu::context::describe() else {
+        assert!(!terrain_gpu::context::required(), "an adapter is required");
+        eprintln!("skipped: no adapter");
+        one_line(&fails(1, &[&["render", DEMO, "--out", "a.png"], &on_adapter[..]].concat()), &["install a driver"]);
+        return;
+    };
+    let (other_depth, other_green, other) = drawn(&on_adapter);
+    assert_eq!(other["adapter"].as_str(), Some(adapter.name.as_str()));
+    // Rays that pass a crest within ε are met there on an adapter.
+    let far = depth.iter().zip(&other_depth).filter(|(a, b)| a != b && !((*a - *b).abs() < 1e-3 * **a));
+    assert!(far.count() <= 6);
+    let coloured = green.iter().zip(&other_green).filter(|(a, b)| (*a - *b).abs() > 0.02);
+    assert!(coloured.count() <= 8);
+    let none = ["render", DEMO, "--backend", "gpu", "--adapter", "no such", "--out", "a.png"];
+    one_line(&fails(1, &none), &["no such", &adapter.name.replace(" (software)", "")]);
 }
 
 #[test]

@@ -4,3 +4,4 @@ pub mod context;
 pub mod lattice_hash;
 pub mod program;
 pub mod tessellate;
+pub mod trace;

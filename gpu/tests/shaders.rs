@@ -29,12 +29,18 @@ fn every_shader_is_valid() {
 }
 
 #[test]
-fn the_interpreter_is_valid_and_holds_every_part_in_its_folder() {
-    let joined = terrain_gpu::program::source([8, 8]);
-    validate(&joined).unwrap();
-    for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/program")).unwrap() {
-        let part = std::fs::read_to_string(entry.unwrap().path()).unwrap();
-        assert!(joined.contains(&part));
+fn the_kernels_that_run_programs_are_valid_and_hold_every_part_in_their_folders() {
+    use terrain_gpu::{program, trace};
+    let over_tiles = [trace::MARCH, trace::GROUND].map(|kernel| trace::source([8, 8], kernel));
+    let kernels = [("program", vec![program::source([8, 8])]), ("trace", over_tiles.to_vec())];
+    for (folder, joined) in kernels {
+        for text in &joined {
+            validate(text).unwrap_or_else(|error| panic!("{folder}: {error}"));
+        }
+        for entry in std::fs::read_dir(format!("{}/shaders/{folder}", env!("CARGO_MANIFEST_DIR"))).unwrap() {
+            let part = std::fs::read_to_string(entry.unwrap().path()).unwrap();
+            assert!(joined.iter().any(|text| text.contains(&part)));
+        }
     }
 }
 

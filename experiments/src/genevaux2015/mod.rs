@@ -12,7 +12,7 @@ pub mod rays;
 pub mod record;
 mod scaling;
 pub mod scenes;
-mod signed_error;
+pub(crate) mod signed_error;
 mod table1;
 mod tightness;
 mod tin;

@@ -22,7 +22,8 @@ pub enum Agreement {
     Undecided,
 }
 
-fn agreement(answer: Answer, truth: Certified, bracket: f64) -> Agreement {
+/// One answer against its proof; what is within `bracket` beyond the proof is no miss.
+pub fn agreement(answer: Answer, truth: Certified, bracket: f64) -> Agreement {
     match (truth, answer.distance()) {
         (Certified::Undecided { .. }, _) => Agreement::Undecided,
         (Certified::Miss, None) if answer == Answer::Miss => Agreement::Clear,

@@ -14,8 +14,8 @@ pub const EXPERIMENT: Experiment = Experiment {
     section: "Génevaux 2015, §8.2",
     about: "Each node and operator, near the origin and 4,000 km from it, at random points, on borders of lattice cells and on rims of \
             supports. The oracle is the f64 run of the same rounded parameters. The lanes must lie within the error that the number \
-            `Rounded` derives, the adapter within ten times that: its division and root may err by more. Images are refused by the \
-            adapter and not in the suite. The controls are a weight that is off by 10⁻⁴ and a noise with another fade.",
+            `Rounded` derives, the adapter within ten times that: its division and root may err by more. \
+            The controls are a weight that is off by 10⁻⁴, a noise with another fade, and rasters read off their place.",
     code: "experiments/src/gpu/conformance.rs",
     test: "gpu/src/program/tests.rs::the_device_agrees_with_f64_within_the_derived_tolerance_and_a_perturbed_shader_does_not",
     expected: |profile| Expected { seconds: profile.pick(6.0, 60.0), memory_bytes: 256 << 20, disk_bytes: 16 << 10 },
@@ -57,7 +57,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     let noticed = found.blind_controls == 0 && found.control_failures > 0;
     outcome.control(
         "perturbed shaders",
-        "weights × 1.0001; a fade of −14.99",
+        "weights × 1.0001; a fade of −14.99; places in rasters × 1.001",
         "each is noticed in each program",
         noticed,
     );

@@ -9,6 +9,7 @@ pub mod generate;
 pub mod implicit;
 pub mod info;
 pub mod mesh;
+pub mod on_adapter;
 mod picture;
 pub mod render;
 pub mod tessellate;

@@ -11,6 +11,8 @@ use terrain_model::trace::shade::{Pixel, to_srgb8};
 #[derive(Serialize)]
 pub(super) struct Stats {
     pub tracer: &'static str,
+    /// What followed the rays from the eye; null for the processor.
+    pub adapter: Option<String>,
     pub width: usize,
     pub height: usize,
     pub pixels: usize,
@@ -42,6 +44,7 @@ impl Stats {
         let on_terrain = terrain().map(|pixel| pixel.evaluations).sum::<u64>() as f64;
         Stats {
             tracer,
+            adapter: None,
             width: size.width,
             height: size.height,
             pixels: pixels.len(),

@@ -1,5 +1,6 @@
 //! `terrain render`: a picture of a scene by one of the tracers.
 
+use super::on_adapter::Device;
 use super::picture::{self, Format, Stats};
 use super::{Extent, SceneArguments, Size, VerbError, print, progress, sampled_extent};
 use crate::layers::Layers;
@@ -74,6 +75,8 @@ pub struct Render {
     /// How rays are followed
     #[arg(long, value_enum, default_value = "accelerated")]
     tracer: Method,
+    #[command(flatten)]
+    device: Device,
     /// Follows N × N rays a pixel and averages their colours; all else is that of the first
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=8))]
     antialias: u8,
@@ -98,6 +101,11 @@ impl Render {
     /// [`VerbError`]: the scene, the camera, or a file that cannot be written.
     pub fn run(&self) -> Result<(), VerbError> {
         Format::of(&self.out)?;
+        if self.device.is_adapter() && self.tracer == Method::Certified {
+            return Err(VerbError::Other(
+                "--tracer certified: proofs run on the processor; leave out --backend".to_owned(),
+            ));
+        }
         let (scene, program) = self.scene.load()?;
         let (low, high) = self.scene.support(&program)?;
         // The support's margin, where weights fade out, shows nothing: frame what lies on the terrain.
@@ -120,29 +128,29 @@ impl Render {
         let mut pixels = vec![Pixel::EMPTY; camera.width() * camera.height()];
         let bar = progress(camera.height() as u64, "tracing");
         let start = Instant::now();
-        pixels.par_chunks_mut(camera.width()).enumerate().for_each_init(
-            || (Eye::new(&view), CertifiedTracer::new(&layers.ground)),
-            |(eye, certified), (row, out)| {
-                if self.tracer.marching().is_some() {
-                    eye.row(&camera, row, out);
-                } else {
-                    for (column, pixel) in out.iter_mut().enumerate() {
-                        let ray = camera.ray(column as f64 + 0.5, row as f64 + 0.5);
-                        let before = certified.evaluations();
-                        *pixel = eye.shade(&ray, answer(certified.trace(&ray, &Effort::default())));
-                        pixel.evaluations += certified.evaluations() - before;
+        let mut adapter = None;
+        if self.device.is_adapter() {
+            adapter = Some(self.device.draw(&view, &camera, &mut pixels, &|rows| bar.inc(rows))?);
+        } else {
+            pixels.par_chunks_mut(camera.width()).enumerate().for_each_init(
+                || (Eye::new(&view), CertifiedTracer::new(&layers.ground)),
+                |(eye, certified), (row, out)| {
+                    if self.tracer.marching().is_some() {
+                        eye.row(&camera, row, out);
+                    } else {
+                        proved_row(eye, certified, &camera, row, out);
                     }
-                }
-                bar.inc(1);
-            },
-        );
+                    bar.inc(1);
+                },
+            );
+        }
         let pixels = picture::averaged(pixels, camera.width(), fine);
         let seconds = start.elapsed().as_secs_f64();
         bar.finish_and_clear();
 
         picture::write(&self.out, self.size, &pixels)?;
         let name = self.tracer.marching().map_or(CERTIFIED, Tracer::name);
-        let stats = Stats::of(name, self.size, &pixels, seconds);
+        let stats = Stats { adapter, ..Stats::of(name, self.size, &pixels, seconds) };
         if let Some(path) = &self.stats {
             stats.write(path)?;
         }
@@ -175,6 +183,16 @@ impl Render {
             };
             VerbError::Other(format!("{}: cameras.{name}: no such camera; {known}", self.scene.scene))
         })
+    }
+}
+
+/// One row of a picture by proofs.
+fn proved_row(eye: &mut Eye<'_>, certified: &mut CertifiedTracer<'_>, camera: &Camera, row: usize, out: &mut [Pixel]) {
+    for (column, pixel) in out.iter_mut().enumerate() {
+        let ray = camera.ray(column as f64 + 0.5, row as f64 + 0.5);
+        let before = certified.evaluations();
+        *pixel = eye.shade(&ray, answer(certified.trace(&ray, &Effort::default())));
+        pixel.evaluations += certified.evaluations() - before;
     }
 }
 

@@ -1,4 +1,4 @@
-// The stack machine: elevation and weight at points of a tile. Twin: model/src/program/run.rs. Opcodes and STACK, FRAMES
+// The stack machine: elevation and weight at a point of a tile. Twin: model/src/program/run.rs. Opcodes and STACK, FRAMES
 // stand before this text. A blend is summed as its operands arrive, in their order, so that the stack is as deep as the
 // tree and no deeper.
 
@@ -6,20 +6,19 @@
 @group(0) @binding(0) var<storage, read> code: array<u32>;
 @group(0) @binding(1) var<storage, read> parameters: array<f32>;
 @group(0) @binding(2) var<storage, read> octaves: array<Octave>;
-// Metres from the tile's origin.
-@group(0) @binding(3) var<storage, read> points: array<vec2<f32>>;
-// Elevation and weight; where the weight is 0 the elevation means nothing.
-@group(0) @binding(4) var<storage, read_write> results: array<vec2<f32>>;
+// Each raster is its width, its height and its samples, f32 as bits.
+@group(0) @binding(3) var<storage, read> images: array<u32>;
 
-fn run(x: vec2<f32>) -> vec2<f32> {
+// The program in code[start..end] at x, metres from its tile's origin: elevation and weight. Where the weight is 0 the
+// elevation means nothing.
+fn run(start: u32, end: u32, x: vec2<f32>) -> vec2<f32> {
     var stack: array<vec2<f32>, STACK>;
     var frames: array<vec2<f32>, FRAMES>;
     var top = 0u;
     var frame = 0u;
     var here = x;
     frames[0] = x;
-    let end = arrayLength(&code);
-    var pc = 0u;
+    var pc = start;
     while pc < end {
         let length = code[pc] >> 16u;
         let k = pc + 1u;
@@ -38,6 +37,14 @@ fn run(x: vec2<f32>) -> vec2<f32> {
             }
             case CONTOUR: {
                 stack[top] = contour(k, here);
+                top += 1u;
+            }
+            case IMAGE: {
+                stack[top] = image(k, length - 1u, here);
+                top += 1u;
+            }
+            case QUAD, STRIP: {
+                stack[top] = chain(k, length - 1u, here);
                 top += 1u;
             }
             case BEGIN_BLEND: {
@@ -98,11 +105,4 @@ fn run(x: vec2<f32>) -> vec2<f32> {
         pc += length;
     }
     return stack[0];
-}
-
-@compute @workgroup_size(64)
-fn program(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < arrayLength(&points) {
-        results[id.x] = run(points[id.x]);
-    }
 }

@@ -1,25 +1,10 @@
-//! A tile program as the words that the shader reads: instructions, parameters and octaves in one buffer each.
+//! Tile programs as the words that the shader reads: instructions, parameters, octaves and rasters in one buffer each.
 
-use super::ProgramError;
+use std::ops::Range;
+use std::sync::Arc;
 use terrain_model::noise::{Octave, mix};
+use terrain_model::primitive::image::Image;
 use terrain_model::program::{Instruction, TileProgram};
-
-/// The kinds of instructions that the shader runs, by their names in the model.
-pub const SUPPORTED: &[&str] = &[
-    "Disc",
-    "DetailDisc",
-    "Curve",
-    "Contour",
-    "Blend",
-    "Replace",
-    "Add",
-    "Lod",
-    "Masked",
-    "EnterAffine",
-    "EnterWarp",
-    "LeaveAffine",
-    "LeaveWarp",
-];
 
 /// The two instructions that the shader knows beside those of the model: a blend starts, and an operand of it is done.
 pub const STREAMED: [&str; 2] = ["BeginBlend", "Accumulate"];
@@ -42,64 +27,101 @@ pub fn constant(name: &str) -> String {
     out
 }
 
-/// What the shader reads of one tile. Every buffer holds at least one record: an empty one cannot be bound.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// What the shader reads of one tile or of several.
+#[derive(Clone, Debug)]
 pub struct Encoded {
     /// Instructions: opcode, with the length in words above bit 16, then the fields.
     pub code: Vec<u32>,
-    /// The tile's parameters, `f32` as bits.
+    /// The parameters of all tiles, `f32` as bits.
     pub parameters: Vec<u32>,
-    /// Its octaves, [`OCTAVE_WORDS`] each.
+    /// Their octaves, [`OCTAVE_WORDS`] each.
     pub octaves: Vec<u32>,
+    /// The rasters that an instruction names: width, height, samples.
+    pub images: Vec<u32>,
     /// Deepest stack of operands and of frames.
     pub depth: [usize; 2],
+    /// Where each raster stands in `images`; one that several tiles name is stored once.
+    placed: Vec<(Arc<Image>, u32)>,
 }
 
 /// Words of an octave.
 pub const OCTAVE_WORDS: usize = 8;
 
+impl Default for Encoded {
+    /// Without tiles. Every table starts with a record that nothing names: an empty buffer cannot be bound.
+    fn default() -> Encoded {
+        let (parameters, octaves, images) = (vec![0], vec![0; OCTAVE_WORDS], vec![0; 2]);
+        Encoded { code: Vec::new(), parameters, octaves, images, depth: [1, 1], placed: Vec::new() }
+    }
+}
+
 impl Encoded {
     /// The words of `tile`.
-    ///
-    /// # Errors
-    /// When it holds a node that the shader does not run.
-    pub fn new(tile: &TileProgram) -> Result<Encoded, ProgramError> {
+    pub fn new(tile: &TileProgram) -> Encoded {
+        let mut out = Encoded::default();
+        out.push(tile);
+        out
+    }
+    /// Whether an instruction names a raster.
+    pub fn has_images(&self) -> bool {
+        !self.placed.is_empty()
+    }
+    /// Appends `tile` and returns which words of `code` are its program.
+    pub fn push(&mut self, tile: &TileProgram) -> Range<u32> {
+        let start = self.code.len() as u32;
         let names = opcodes();
         let opcode = |name: &str| names.iter().find(|(known, _)| known == name).map_or(0, |(_, opcode)| *opcode);
         let [begin, accumulate] = STREAMED.map(opcode);
         let blends = Blends::of(tile.code());
-        let mut code = Vec::new();
+        let at = [self.parameters.len() as u32, (self.octaves.len() / OCTAVE_WORDS) as u32];
         let mut octave_ratios = vec![1.0; tile.octaves().len()];
         for (k, instruction) in tile.code().iter().enumerate() {
-            code.extend(std::iter::repeat_n(begin | 1 << 16, blends.begins[k]));
+            self.code.extend(std::iter::repeat_n(begin | 1 << 16, blends.begins[k]));
             let name = instruction.name();
-            if !SUPPORTED.contains(&name.as_str()) {
-                return Err(ProgramError::Unsupported(name));
-            }
-            let fields = instruction.fields();
-            let noisy = name.ends_with("Disc");
-            if let (true, [_, first, count, ..]) = (noisy, fields.as_slice()) {
-                let noise = *first as usize..(*first + *count) as usize;
-                for of in noise.clone() {
-                    octave_ratios[of] = tile.octaves()[of].amplitude / tile.octaves()[noise.start].amplitude;
+            let mut fields = instruction.fields();
+            fields[0] += at[0];
+            match name.as_str() {
+                "Disc" | "DetailDisc" if fields.len() > 1 => {
+                    let noise = fields[1] as usize..(fields[1] + fields[2]) as usize;
+                    for of in noise.clone() {
+                        octave_ratios[of] = tile.octaves()[of].amplitude / tile.octaves()[noise.start].amplitude;
+                    }
+                    fields[1] += at[1];
                 }
+                "Image" => self.place(tile, &mut fields, [1, 4]),
+                "Quad" | "Strip" => self.place(tile, &mut fields, [1, 3]),
+                _ => {}
             }
-            code.push(opcode(&name) | (fields.len() as u32 + 1) << 16);
-            code.extend(fields);
+            self.code.push(opcode(&name) | (fields.len() as u32 + 1) << 16);
+            self.code.extend(fields);
             if blends.accumulates[k] {
-                code.push(accumulate | 1 << 16);
+                self.code.push(accumulate | 1 << 16);
             }
         }
-        let mut parameters: Vec<u32> = tile.parameters().iter().map(|value| value.to_bits()).collect();
-        let mut octaves: Vec<u32> =
-            tile.octaves().iter().zip(octave_ratios).flat_map(|(octave, ratio)| words_of(octave, ratio)).collect();
-        if parameters.is_empty() {
-            parameters.push(0);
+        if tile.code().is_empty() {
+            // Nothing is a blend of nothing.
+            self.code.extend([begin | 1 << 16, opcode("Blend") | 1 << 16]);
         }
-        if octaves.is_empty() {
-            octaves.resize(OCTAVE_WORDS, 0);
+        self.parameters.extend(tile.parameters().iter().map(|value| value.to_bits()));
+        self.octaves
+            .extend(tile.octaves().iter().zip(octave_ratios).flat_map(|(octave, ratio)| words_of(octave, ratio)));
+        self.depth = [0, 1].map(|k| self.depth[k].max(blends.depth[k]));
+        start..self.code.len() as u32
+    }
+    /// Puts the place of a raster where its index is; the second is absent in an instruction without a raster of weights.
+    fn place(&mut self, tile: &TileProgram, fields: &mut [u32], which: [usize; 2]) {
+        for field in which {
+            let Some(index) = fields.get_mut(field) else { return };
+            let image = &tile.images()[*index as usize];
+            let known = self.placed.iter().find(|(placed, _)| Arc::ptr_eq(placed, image)).map(|(_, at)| *at);
+            *index = known.unwrap_or_else(|| {
+                let at = self.images.len() as u32;
+                self.images.extend([image.width() as u32, image.height() as u32]);
+                self.images.extend(image.samples().iter().map(|sample| sample.to_bits()));
+                self.placed.push((image.clone(), at));
+                at
+            });
         }
-        Ok(Encoded { code, parameters, octaves, depth: blends.depth })
     }
 }
 

@@ -1,6 +1,7 @@
 //! The interpreter of tile programs on the device. Twin: `terrain_model::program::TileProgram::run` on `f32`, with the same
 //! order of operations.
 
+mod cases;
 pub mod conformance;
 pub mod encode;
 
@@ -23,9 +24,6 @@ pub const DEEPEST: usize = 64;
 /// A tile program could not be run on the device.
 #[derive(Debug, thiserror::Error)]
 pub enum ProgramError {
-    /// The shader has no such instruction.
-    #[error("the device runs no `{0}` yet: evaluate this scene on the processor")]
-    Unsupported(String),
     /// More than private memory should hold.
     #[error("the tree is {found} levels deep; this interpreter runs {limit}: nest less, or evaluate on the processor")]
     TooDeep {
@@ -46,13 +44,21 @@ pub enum ProgramError {
         /// The most the device binds.
         limit: u64,
     },
+    /// A driver that ends loops early left an evaluation undone.
+    #[error("the driver ends loops before one evaluation is done: cut the terrain into smaller tiles")]
+    Cut,
     /// The device failed.
     #[error(transparent)]
     Context(#[from] ContextError),
 }
 
-/// The text of the shader with stacks of `depth` operands and frames.
+/// The text of the shader that asks one program at points, with stacks of `depth` operands and frames.
 pub fn source(depth: [usize; 2]) -> String {
+    machine(depth) + include_str!("../../shaders/program/points.wgsl")
+}
+
+/// The text of the machine: what every kernel that runs programs begins with. Its bindings are 0 to 3.
+pub(crate) fn machine(depth: [usize; 2]) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
@@ -75,6 +81,7 @@ pub fn source(depth: [usize; 2]) -> String {
         include_str!("../../shaders/program/noise.wgsl"),
         include_str!("../../shaders/program/primitives.wgsl"),
         include_str!("../../shaders/program/curves.wgsl"),
+        include_str!("../../shaders/program/rasters.wgsl"),
         include_str!("../../shaders/program/operators.wgsl"),
         include_str!("../../shaders/program/machine.wgsl"),
     ]
@@ -115,19 +122,12 @@ impl Interpreter {
         points: &[[f32; 2]],
     ) -> Result<Vec<[f32; 2]>, ProgramError> {
         fits(program.depth, self.depth)?;
-        let limit = context.largest_binding();
-        let buffers =
-            [("instructions", &program.code), ("parameters", &program.parameters), ("octaves", &program.octaves)];
-        for (what, words) in buffers {
-            let bytes = 4 * words.len() as u64;
-            if bytes > limit {
-                return Err(ProgramError::TooLarge { what, bytes, limit });
-            }
-        }
+        let program = bindable(context, program)?;
         let mut out = Vec::with_capacity(points.len());
         for part in points.chunks(POINTS) {
             let at: Vec<u32> = part.as_flattened().iter().map(|x| x.to_bits()).collect();
-            let inputs: [&[u32]; 4] = [&program.code, &program.parameters, &program.octaves, &at];
+            let [code, parameters, octaves, images] = program;
+            let inputs = [code, parameters, octaves, images, &at];
             let groups = [part.len().div_ceil(GROUP) as u32, 1];
             let words = context.run_on(&self.kernel, groups, &inputs, 2 * part.len())?;
             out.extend(words.as_chunks::<2>().0.iter().map(|pair| pair.map(f32::from_bits)));
@@ -136,8 +136,21 @@ impl Interpreter {
     }
 }
 
+/// The buffers of bindings 0 to 3, each of which the device can bind.
+pub(crate) fn bindable<'a>(context: &Context, program: &'a Encoded) -> Result<[&'a [u32]; 4], ProgramError> {
+    let limit = context.largest_binding();
+    let buffers = [&program.code, &program.parameters, &program.octaves, &program.images].map(Vec::as_slice);
+    for (what, words) in ["instructions", "parameters", "octaves", "images"].into_iter().zip(buffers) {
+        let bytes = 4 * words.len() as u64;
+        if bytes > limit {
+            return Err(ProgramError::TooLarge { what, bytes, limit });
+        }
+    }
+    Ok(buffers)
+}
+
 /// Are stacks of `limit` deep enough?
-fn fits(needed: [usize; 2], limit: [usize; 2]) -> Result<(), ProgramError> {
+pub(crate) fn fits(needed: [usize; 2], limit: [usize; 2]) -> Result<(), ProgramError> {
     match needed.into_iter().zip(limit).find(|(needed, limit)| needed > limit) {
         Some((found, limit)) => Err(ProgramError::TooDeep { found, limit }),
         None => Ok(()),

@@ -196,6 +196,10 @@ impl Image {
     pub fn height(&self) -> usize {
         self.height
     }
+    /// The samples, row by row from the south.
+    pub fn samples(&self) -> &[f32] {
+        &self.samples
+    }
     /// Bytes of the samples as stored.
     pub fn bytes(&self) -> usize {
         4 * self.samples.len()

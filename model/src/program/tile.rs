@@ -61,6 +61,10 @@ impl TileProgram {
     pub fn octaves(&self) -> &[Octave<2>] {
         &self.layout.octaves
     }
+    /// The rasters that its instructions name, those of the whole program.
+    pub fn images(&self) -> &[Arc<Image>] {
+        &self.images
+    }
     pub(crate) fn depth(&self) -> [usize; 2] {
         self.depth
     }
