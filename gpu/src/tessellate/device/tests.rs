@@ -145,7 +145,7 @@ fn vertices_of_the_device_lie_within_what_is_derived_of_f64_and_those_of_another
     ]
     .map(|source| Displacer::compile(&context, &source, &ground).unwrap());
     let (mut all, mut vacuous, mut seen_in_controls) = (0usize, [0usize; 2], [[0usize; 2]; 2]);
-    let mut largest = [0.0f64; 2];
+    let (mut largest, mut metres) = ([0.0f64; 2], 0.0f64);
     for k in 0..4 {
         let refinement = Refinement::new(&ground, &detail, camera(&ground, k), 24.0, 22);
         let decision = Decision::new(&pyramid, &refinement);
@@ -160,6 +160,8 @@ fn vertices_of_the_device_lie_within_what_is_derived_of_f64_and_those_of_another
         for at in (0..vertices.len()).step_by(vertices.len() / 500 + 1) {
             let [right, wrong @ ..] = shares(&surface, vertices[at], found.each_ref().map(|found| found[at]));
             all += 1;
+            let exact = surface.point::<f64>(vertices[at])[0];
+            metres = (0..3).fold(metres, |most, k| most.max((f64::from(found[0][at][0][k]) - exact[k]).abs()));
             for part in 0..2 {
                 match right[part] {
                     Some(share) => largest[part] = largest[part].max(share),
@@ -171,7 +173,8 @@ fn vertices_of_the_device_lie_within_what_is_derived_of_f64_and_those_of_another
             }
         }
     }
-    eprintln!("{}: {largest:?} of the tolerance, {vacuous:?} of {all} vacuous", context.description().name);
+    let name = &context.description().name;
+    eprintln!("{name}: {metres} m, {largest:?} of the tolerance, {vacuous:?} of {all} vacuous");
     eprintln!("controls: {seen_in_controls:?}");
     assert!(largest.iter().all(|share| *share <= 1.0), "{largest:?}");
     assert!((0..2).all(|part| vacuous[part] * 20 < all), "{vacuous:?} of {all}");
