@@ -209,6 +209,30 @@ impl Context {
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
+    /// Words that stay on the device, for many dispatches; not empty.
+    ///
+    /// # Errors
+    /// When the device refuses the buffer.
+    pub fn upload(&self, words: &[u32]) -> Result<wgpu::Buffer, ContextError> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let buffer = self.buffer_of(words);
+        let refused = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
+        match refused.into_iter().flatten().next() {
+            Some(source) => Err(ContextError::Kernel { kernel: "a buffer", source }),
+            None => Ok(buffer),
+        }
+    }
+
+    fn buffer_of(&self, words: &[u32]) -> wgpu::Buffer {
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("input"),
+            contents: &bytes,
+            usage: wgpu::BufferUsages::STORAGE,
+        })
+    }
+
     /// The same on several inputs, none of them empty: bindings 0, 1, … in their order, and the output after them.
     ///
     /// # Errors
@@ -220,9 +244,25 @@ impl Context {
         inputs: &[&[u32]],
         output_words: usize,
     ) -> Result<Vec<u32>, ContextError> {
+        self.run_after(kernel, groups, &[], inputs, output_words)
+    }
+
+    /// The same with buffers of [`Context::upload`] bound before the inputs.
+    ///
+    /// # Errors
+    /// As [`Context::run_on`].
+    pub fn run_after(
+        &self,
+        kernel: &wgpu::ComputePipeline,
+        groups: [u32; 2],
+        resident: &[wgpu::Buffer],
+        inputs: &[&[u32]],
+        output_words: usize,
+    ) -> Result<Vec<u32>, ContextError> {
         let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let submitted = self.submit(kernel, groups, inputs, output_words);
+        let buffers = resident.iter().cloned().chain(inputs.iter().map(|words| self.buffer_of(words)));
+        let submitted = self.submit(kernel, groups, buffers.collect(), output_words);
         let refused = [pollster::block_on(validation.pop()), pollster::block_on(memory.pop())];
         if let Some(source) = refused.into_iter().flatten().next() {
             return Err(ContextError::Kernel { kernel: "a dispatch", source });
@@ -235,18 +275,9 @@ impl Context {
         &self,
         kernel: &wgpu::ComputePipeline,
         groups: [u32; 2],
-        inputs: &[&[u32]],
+        mut buffers: Vec<wgpu::Buffer>,
         output_words: usize,
     ) -> (wgpu::Buffer, wgpu::SubmissionIndex) {
-        let uploaded = |words: &&[u32]| {
-            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-            self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("input"),
-                contents: &bytes,
-                usage: wgpu::BufferUsages::STORAGE,
-            })
-        };
-        let mut buffers: Vec<wgpu::Buffer> = inputs.iter().map(uploaded).collect();
         let size = 4 * output_words as u64;
         let buffer = |label, usage| {
             self.device.create_buffer(&wgpu::BufferDescriptor {
