@@ -209,6 +209,14 @@ impl Context {
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
+    /// Words that stay on the device, for many dispatches; not empty.
+    ///
+    /// # Errors
+    /// When the device refuses the buffer.
+    pub fn upload(&self, words: &[u32]) -> Result<wgpu::Buffer, ContextError> {
+        self.checked("a buffer", || self.buffer_of("input", words, wgpu::BufferUsages::STORAGE))
+    }
+
     /// The same on several inputs, none of them empty: bindings 0, 1, … in their order, and the output after them.
     ///
     /// # Errors
@@ -220,7 +228,25 @@ impl Context {
         inputs: &[&[u32]],
         output_words: usize,
     ) -> Result<Vec<u32>, ContextError> {
-        let submitted = self.checked("a dispatch", || self.submit(kernel, groups, inputs, output_words))?;
+        self.run_after(kernel, groups, &[], inputs, output_words)
+    }
+
+    /// The same with buffers of [`Context::upload`] bound before the inputs.
+    ///
+    /// # Errors
+    /// As [`Context::run_on`].
+    pub fn run_after(
+        &self,
+        kernel: &wgpu::ComputePipeline,
+        groups: [u32; 2],
+        resident: &[wgpu::Buffer],
+        inputs: &[&[u32]],
+        output_words: usize,
+    ) -> Result<Vec<u32>, ContextError> {
+        let submitted = self.checked("a dispatch", || {
+            let uploaded = inputs.iter().map(|words| self.buffer_of("input", words, wgpu::BufferUsages::STORAGE));
+            self.submit(kernel, groups, resident.iter().cloned().chain(uploaded).collect(), output_words)
+        })?;
         self.read_back(submitted)
     }
 
@@ -250,7 +276,7 @@ impl Context {
     }
 
     /// A buffer that holds `words`.
-    pub(crate) fn upload(&self, label: &'static str, words: &[u32], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    pub(crate) fn buffer_of(&self, label: &'static str, words: &[u32], usage: wgpu::BufferUsages) -> wgpu::Buffer {
         let contents: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some(label),
@@ -302,11 +328,9 @@ impl Context {
         &self,
         kernel: &wgpu::ComputePipeline,
         groups: [u32; 2],
-        inputs: &[&[u32]],
+        mut buffers: Vec<wgpu::Buffer>,
         output_words: usize,
     ) -> (wgpu::Buffer, wgpu::SubmissionIndex) {
-        let uploaded: Vec<wgpu::Buffer> =
-            inputs.iter().map(|words| self.upload("input", words, wgpu::BufferUsages::STORAGE)).collect();
         let size = 4 * output_words as u64;
         let output = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("output"),
@@ -315,8 +339,8 @@ impl Context {
             mapped_at_creation: false,
         });
         let host = self.host(size);
-        let buffers: Vec<&wgpu::Buffer> = uploaded.iter().chain([&output]).collect();
-        let bindings = self.bind(&kernel.get_bind_group_layout(0), &buffers);
+        buffers.push(output.clone());
+        let bindings = self.bind(&kernel.get_bind_group_layout(0), &buffers.iter().collect::<Vec<_>>());
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(kernel);

@@ -9,8 +9,8 @@ use terrain_model::trace::Ray;
 use terrain_model::trace::camera::Camera;
 use terrain_model::trace::shade::{Eye, Pixel, View};
 
-/// Tiles along the longer side of a terrain.
-const TILES: usize = 128;
+/// Tiles along the longer side of a terrain: more are slower to make and faster to trace.
+const TILES: usize = 64;
 /// Rays that are followed before their pixels are shaded.
 const BAND: usize = 1 << 20;
 

@@ -2,7 +2,7 @@
 
 use super::{GROUP, RAYS, Tiles};
 use crate::context::Context;
-use crate::program::{DEEPEST, ProgramError, bindable, fits};
+use crate::program::{DEEPEST, ProgramError, fits};
 use glam::{DVec2, Vec2};
 
 /// Words of a question and of its answer.
@@ -44,6 +44,7 @@ pub fn line(tiles: &Tiles, place: &Place, reach: f32) -> [Vec2; 2] {
 #[derive(Debug)]
 pub struct Surveyor<'a> {
     kernel: wgpu::ComputePipeline,
+    resident: Vec<wgpu::Buffer>,
     context: &'a Context,
     tiles: &'a Tiles,
 }
@@ -52,20 +53,20 @@ impl<'a> Surveyor<'a> {
     /// A surveyor of the terrain in `tiles`.
     ///
     /// # Errors
-    /// When a program of it is too deep, or the device refuses the shader.
+    /// When a program of it is too deep, or the device refuses the shader or has no room for the terrain.
     pub fn new(context: &'a Context, tiles: &'a Tiles) -> Result<Surveyor<'a>, ProgramError> {
         let depth = tiles.depth();
         fits(depth, [DEEPEST; 2])?;
         let text = super::source(depth, super::GROUND);
-        Ok(Surveyor { kernel: context.kernel("trace/ground.wgsl", &text, "ground")?, context, tiles })
+        let kernel = context.kernel("trace/ground.wgsl", &text, "ground")?;
+        Ok(Surveyor { kernel, resident: tiles.upload(context)?, context, tiles })
     }
 
     /// The ground at each place, with the metres to either side that its gradient is a mean over.
     ///
     /// # Errors
-    /// When the terrain is larger than the device binds, or the device fails.
+    /// When the device fails.
     pub fn look(&self, places: &[(Place, f32)]) -> Result<Vec<Ground>, ProgramError> {
-        let [code, parameters, octaves, images] = bindable(self.context, &self.tiles.encoded)?;
         let mut out = Vec::with_capacity(places.len());
         for places in places.chunks(RAYS) {
             let asked = |(place, reach): &(Place, f32)| {
@@ -74,9 +75,14 @@ impl<'a> Surveyor<'a> {
                 [a[0], a[1], b[0], b[1], c[0], c[1], place.tile as u32, 2]
             };
             let words: Vec<[u32; LOOK]> = places.iter().map(asked).collect();
-            let inputs = [code, parameters, octaves, images, &self.tiles.records, words.as_flattened()];
             let groups = [places.len().div_ceil(GROUP) as u32, 1];
-            let answers = self.context.run_on(&self.kernel, groups, &inputs, ANSWER * places.len())?;
+            let answers = self.context.run_after(
+                &self.kernel,
+                groups,
+                &self.resident,
+                &[words.as_flattened()],
+                ANSWER * places.len(),
+            )?;
             for answer in answers.as_chunks::<ANSWER>().0 {
                 let [elevation, weight, x, y] = answer.map(f32::from_bits);
                 if weight < 0.0 {

@@ -106,6 +106,7 @@ pub fn source(depth: [usize; 2], kernel: &str) -> String {
 #[derive(Debug)]
 pub struct Tracer<'a> {
     kernel: wgpu::ComputePipeline,
+    resident: Vec<wgpu::Buffer>,
     context: &'a Context,
     tiles: &'a Tiles,
 }
@@ -114,18 +115,18 @@ impl<'a> Tracer<'a> {
     /// A tracer of the terrain in `tiles`.
     ///
     /// # Errors
-    /// When a program of it is too deep, or the device refuses the shader.
+    /// When a program of it is too deep, or the device refuses the shader or has no room for the terrain.
     pub fn new(context: &'a Context, tiles: &'a Tiles) -> Result<Tracer<'a>, ProgramError> {
         let depth = tiles.depth();
         fits(depth, [DEEPEST; 2])?;
         let kernel = context.kernel("trace/march.wgsl", &source(depth, MARCH), "trace")?;
-        Ok(Tracer { kernel, context, tiles })
+        Ok(Tracer { kernel, resident: tiles.upload(context)?, context, tiles })
     }
 
     /// Follows each ray, as [`beams`] prepared it.
     ///
     /// # Errors
-    /// When the terrain is larger than the device binds, or the device fails.
+    /// When the device fails.
     pub fn trace(&self, beams: &Beams<'_>, settings: &Settings) -> Result<Vec<Found>, ProgramError> {
         let software = (SOFTWARE_LOOPS / self.tiles.cost).clamp(1, TURNS);
         self.trace_by(beams, settings, if self.context.description().software { software } else { TURNS })
@@ -146,16 +147,15 @@ impl<'a> Tracer<'a> {
     /// again with half as many turns.
     fn march(&self, beams: &mut [[u32; BEAM]], settings: &Settings, mut turns: usize) -> Result<(), ProgramError> {
         let tiles = self.tiles;
-        let [code, parameters, octaves, images] = bindable(self.context, &tiles.encoded)?;
         let mut pending: Vec<usize> = (0..beams.len()).collect();
         while !pending.is_empty() {
             let words: Vec<u32> = pending.iter().flat_map(|k| beams[*k]).collect();
             let grid = tiles.grid(settings, turns as u32);
-            let inputs = [code, parameters, octaves, images, &tiles.records, &words, &grid];
             let groups = [pending.len().div_ceil(GROUP) as u32, 1];
-            let after = self.context.run_on(&self.kernel, groups, &inputs, BEAM * pending.len())?;
+            let after =
+                self.context.run_after(&self.kernel, groups, &self.resident, &[&words, &grid], BEAM * pending.len())?;
             let mut after = after.as_chunks::<BEAM>().0.iter();
-            let mut cut = false;
+            let (mut cut, before) = (false, pending.len());
             pending.retain(|k| {
                 let Some(after) = after.next() else { return false };
                 if after[SOUND] == 0 {
@@ -168,7 +168,9 @@ impl<'a> Tracer<'a> {
             if cut && turns == 1 {
                 return Err(ProgramError::Cut);
             }
-            turns = if cut { turns / 2 } else { turns };
+            // Where few rays are left, few share a limit.
+            let few = pending.len() <= before / 2;
+            turns = if cut { turns / 2 } else { (turns << usize::from(few)).min(TURNS) };
         }
         Ok(())
     }
@@ -219,7 +221,14 @@ pub fn beams<'r>(surface: &Surface<'_>, tiles: &Tiles, rays: &'r [Ray]) -> Beams
 
 impl Tiles {
     fn depth(&self) -> [usize; 2] {
-        self.encoded.depth.map(usize::next_power_of_two)
+        // Few different depths, so that drivers know the kernel again.
+        self.encoded.depth.map(|levels| levels.next_power_of_two().max(8))
+    }
+    /// The buffers of bindings 0 to 4.
+    fn upload(&self, context: &Context) -> Result<Vec<wgpu::Buffer>, ProgramError> {
+        let program = bindable(context, &self.encoded)?;
+        let words = program.into_iter().chain([self.records.as_slice()]);
+        Ok(words.map(|words| context.upload(words)).collect::<Result<_, _>>()?)
     }
     /// What the shader knows of the whole grid.
     fn grid(&self, settings: &Settings, turns: u32) -> Vec<u32> {

@@ -101,7 +101,7 @@ impl<'c> Displacer<'c> {
             .flat_map(|(height, [x, y, z])| [height, x, y, z].map(|value| (value as f32).to_bits()))
             .collect();
         bytes(context, "samples of the ground", 4, words.len() as u64)?;
-        let upload = || context.upload("samples", &words, BufferUsages::STORAGE);
+        let upload = || context.buffer_of("samples", &words, BufferUsages::STORAGE);
         let samples = context.checked("samples of the ground", upload)?;
         let kernel = context.kernel("tessellate/displace.wgsl", source, "displace")?;
         Ok(Displacer { context, kernel, samples, vertices: None })
@@ -128,7 +128,8 @@ impl<'c> Displacer<'c> {
         };
         let (_, vertices) = self.vertices.insert((room, vertices));
         self.context.checked("tessellate/displace.wgsl", || {
-            let [surface, octaves] = words.map(|words| self.context.upload("surface", &words, BufferUsages::STORAGE));
+            let [surface, octaves] =
+                words.map(|words| self.context.buffer_of("surface", &words, BufferUsages::STORAGE));
             let [leaves, counters, arguments] = refiner.buffers();
             let buffers = [&surface, &self.samples, &octaves, leaves, counters, vertices];
             let bindings = self.context.bind(&self.kernel.get_bind_group_layout(0), &buffers);

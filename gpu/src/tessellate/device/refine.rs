@@ -87,9 +87,9 @@ impl<'c> Refiner<'c> {
         let capacity = Capacity { list: capacity.list.max(2) & !1, leaves: capacity.leaves.max(1) };
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let buffers = || {
-            let pyramid = context.upload("pyramid", &words, BufferUsages::STORAGE);
-            let counters = context.upload("counters", &[0; 4], storage);
-            let arguments = context.upload("arguments", &[0; 12], storage | BufferUsages::INDIRECT);
+            let pyramid = context.buffer_of("pyramid", &words, BufferUsages::STORAGE);
+            let counters = context.buffer_of("counters", &[0; 4], storage);
+            let arguments = context.buffer_of("arguments", &[0; 12], storage | BufferUsages::INDIRECT);
             (pyramid, counters, arguments)
         };
         let (pyramid, counters, arguments) = context.checked("enclosures of the ground", buffers)?;
@@ -151,10 +151,10 @@ impl<'c> Refiner<'c> {
     fn submit(&self, decision: &Decision<'_>, cull: bool) {
         let Lists { capacity, levels: [even, odd], leaves } = &self.lists;
         let words = decision.words(cull, capacity.list, capacity.leaves);
-        let decision = self.context.upload("decision", &words, BufferUsages::STORAGE);
+        let decision = self.context.buffer_of("decision", &words, BufferUsages::STORAGE);
         let drawn = 3 << LATTICE;
         let capacities =
-            self.context.upload("capacities", &[capacity.list, capacity.leaves, drawn], BufferUsages::STORAGE);
+            self.context.buffer_of("capacities", &[capacity.list, capacity.leaves, drawn], BufferUsages::STORAGE);
         let roots: Vec<u8> = Triangle::ROOTS.iter().flat_map(pack).flat_map(u32::to_le_bytes).collect();
         let queue = self.context.queue();
         queue.write_buffer(even, 0, &roots);
