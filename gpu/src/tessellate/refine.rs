@@ -54,10 +54,12 @@ impl<'a> Refinement<'a> {
         self.radii.len() as u32 - 1
     }
     /// Achieved lengths of the lattice edges of `leaf` that have an end in the image, over the target: displaced
-    /// edge · focal ÷ distance of its middle. An edge counts once for each of its triangles.
+    /// edge · focal ÷ distance of its middle. An edge counts once for each of its triangles; those that the raster's border cuts
+    /// or that lie beyond it do not count.
     pub fn edge_ratios(&self, leaf: &Triangle) -> Vec<f64> {
         let mut ratios = Vec::new();
-        for corners in self.patch(leaf) {
+        let whole = |triangle: &Triangle| triangle.corners().iter().all(|c| self.ground.within(*c) == *c);
+        for (_, corners) in leaf.lattice(LATTICE).iter().zip(self.patch(leaf)).filter(|(triangle, _)| whole(triangle)) {
             let seen = corners.map(|p| self.view.sees(p));
             for (i, j) in [(0, 1), (1, 2), (2, 0)].into_iter().filter(|(i, j)| seen[*i] || seen[*j]) {
                 let (mut length, mut distance) = (0.0, 0.0);
