@@ -1,34 +1,10 @@
 //! `terrain diffuse` as a shell sees it, and what it writes as the other commands read it.
 
+mod shell;
+
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
+use shell::{fails, ok, terrain, text};
 use terrain_model::io;
-
-fn terrain(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_terrain")).args(arguments).output().unwrap()
-}
-
-fn ok(arguments: &[&str]) -> String {
-    let output = terrain(arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// The one line of standard error of a run that must end with `status`, which must name everything in `parts`.
-fn one_line(status: i32, arguments: &[&str], parts: &[&str]) {
-    let output = terrain(arguments);
-    let error = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {error}");
-    assert_eq!(error.lines().count(), 1, "{error}");
-    for part in parts {
-        assert!(error.contains(part), "no `{part}` in: {error}");
-    }
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
 
 /// A ridge with noise on a plain of 1000 × 1000 m; `more` follows the last curve.
 fn curves(more: &str) -> String {
@@ -101,7 +77,7 @@ fn a_tolerance_that_is_not_met_is_said_after_the_file_is_written() {
     let out = folder.path().join("a.tif");
     let run = ["diffuse", "builtin:fig5_peak", "--size", "65", "--out", text(&out)];
     let parts = ["a.tif: written", "relative residual", "iterations", "1e-6"];
-    one_line(1, &[&run[..], &["--solver", "paper", "--tolerance", "1e-6"]].concat(), &parts);
+    fails(1, &[&run[..], &["--solver", "paper", "--tolerance", "1e-6"]].concat(), &parts);
     assert!(io::read_grid(&out).is_ok());
     ok(&[&run[..], &["--solver", "paper"]].concat());
     ok(&[&run[..], &["--tolerance", "1e-6"]].concat());
@@ -114,7 +90,7 @@ fn bad_curves_are_one_line_with_file_place_and_mend() {
     let out = folder.path().join("a.tif");
     let fails = |more: &str, parts: &[&str]| {
         std::fs::write(&file, curves(more)).unwrap();
-        one_line(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], parts);
+        fails(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], parts);
     };
     fails("(\"x\", ridge(points: [(1, 2, 3)", &["a.ron:", ":"]);
     fails("(\"x\", hill(points: [(5, 5, 1), (5, 5, 1)], reach: 5)),", &["a.ron: curves[2] \"x\"", "expected"]);
@@ -126,14 +102,14 @@ fn bad_curves_are_one_line_with_file_place_and_mend() {
     let noise = "(format: \"terrain-curves/1\", extent: (9, 9), curves: [(\"n\", noise(points: [(1, 1), (8, 8)], amplitude: 1, \
                  roughness: 0))])";
     std::fs::write(&file, noise).unwrap();
-    one_line(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron", "no curve gives"]);
+    fails(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron", "no curve gives"]);
     std::fs::write(&file, b"TCC1 and nothing more").unwrap();
-    one_line(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron: byte "]);
+    fails(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron: byte "]);
     std::fs::write(&file, b"\xFF\xFE").unwrap();
-    one_line(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["byte 0", "UTF-8"]);
-    one_line(1, &["diffuse", "none.ron", "--size", "33", "--out", text(&out)], &["none.ron", "builtin:canyon"]);
-    one_line(1, &["diffuse", "builtin:none", "--size", "33", "--out", text(&out)], &["builtin:canyon"]);
-    one_line(1, &["diffuse", "builtin:fig7_hill", "--size", "33", "--out", "a.gif"], &["a.gif", ".asc"]);
+    fails(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["byte 0", "UTF-8"]);
+    fails(1, &["diffuse", "none.ron", "--size", "33", "--out", text(&out)], &["none.ron", "builtin:canyon"]);
+    fails(1, &["diffuse", "builtin:none", "--size", "33", "--out", text(&out)], &["builtin:canyon"]);
+    fails(1, &["diffuse", "builtin:fig7_hill", "--size", "33", "--out", "a.gif"], &["a.gif", ".asc"]);
     assert!(!out.exists());
     for bad in [["--size", "1"], ["--solver", "magic"], ["--tolerance", "0"]] {
         let all = ["diffuse", "builtin:fig7_hill", "--size", "33", "--out", "a.tif"];

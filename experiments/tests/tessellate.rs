@@ -1,35 +1,12 @@
 //! `terrain tessellate` as a shell sees it.
 
+mod shell;
+
 use glam::DVec2;
+use shell::{ok, one_line, text};
 use std::path::Path;
-use std::process::{Command, Output};
 use terrain_model::grid::{Crs, Grid};
 use terrain_model::io;
-
-fn terrain(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_terrain")).args(arguments).output().unwrap()
-}
-
-fn ok(arguments: &[&str]) -> String {
-    let output = terrain(arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// The one line of standard error of a run that must fail, which must name everything in `parts`.
-fn one_line(arguments: &[&str], parts: &[&str]) {
-    let output = terrain(arguments);
-    let error = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
-    assert_eq!(error.lines().count(), 1, "{error}");
-    for part in parts {
-        assert!(error.contains(part), "no `{part}` in: {error}");
-    }
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
 
 /// A hill of 90 m on 33 × 25 samples, 20 m apart.
 fn raster(path: &Path) {

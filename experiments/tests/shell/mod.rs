@@ -1,0 +1,40 @@
+//! Runs `terrain` as a shell does, for the tests of its verbs.
+
+// Each test uses a part of it.
+#![allow(dead_code)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Runs it.
+pub fn terrain(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_terrain")).args(arguments).output().unwrap()
+}
+
+/// Standard output of a run that must succeed.
+pub fn ok(arguments: &[&str]) -> String {
+    let output = terrain(arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// A run that must end with `status` and say why in one line of standard error, which must name everything in `parts`.
+pub fn fails(status: i32, arguments: &[&str], parts: &[&str]) {
+    let output = terrain(arguments);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    for part in parts {
+        assert!(error.contains(part), "no `{part}` in: {error}");
+    }
+}
+
+/// [`fails`] with status 1: a file that could not be used.
+pub fn one_line(arguments: &[&str], parts: &[&str]) {
+    fails(1, arguments, parts);
+}
+
+/// The path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
