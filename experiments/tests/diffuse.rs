@@ -3,7 +3,7 @@
 mod shell;
 
 use serde_json::Value;
-use shell::{fails, ok, terrain, text};
+use shell::{ok, one_line, terrain, text};
 use terrain_model::io;
 
 /// A ridge with noise on a plain of 1000 × 1000 m; `more` follows the last curve.
@@ -77,7 +77,7 @@ fn a_tolerance_that_is_not_met_is_said_after_the_file_is_written() {
     let out = folder.path().join("a.tif");
     let run = ["diffuse", "builtin:fig5_peak", "--size", "65", "--out", text(&out)];
     let parts = ["a.tif: written", "relative residual", "iterations", "1e-6"];
-    fails(1, &[&run[..], &["--solver", "paper", "--tolerance", "1e-6"]].concat(), &parts);
+    one_line(&[&run[..], &["--solver", "paper", "--tolerance", "1e-6"]].concat(), &parts);
     assert!(io::read_grid(&out).is_ok());
     ok(&[&run[..], &["--solver", "paper"]].concat());
     ok(&[&run[..], &["--tolerance", "1e-6"]].concat());
@@ -90,7 +90,7 @@ fn bad_curves_are_one_line_with_file_place_and_mend() {
     let out = folder.path().join("a.tif");
     let fails = |more: &str, parts: &[&str]| {
         std::fs::write(&file, curves(more)).unwrap();
-        fails(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], parts);
+        one_line(&["diffuse", text(&file), "--size", "33", "--out", text(&out)], parts);
     };
     fails("(\"x\", ridge(points: [(1, 2, 3)", &["a.ron:", ":"]);
     fails("(\"x\", hill(points: [(5, 5, 1), (5, 5, 1)], reach: 5)),", &["a.ron: curves[2] \"x\"", "expected"]);
@@ -102,14 +102,14 @@ fn bad_curves_are_one_line_with_file_place_and_mend() {
     let noise = "(format: \"terrain-curves/1\", extent: (9, 9), curves: [(\"n\", noise(points: [(1, 1), (8, 8)], amplitude: 1, \
                  roughness: 0))])";
     std::fs::write(&file, noise).unwrap();
-    fails(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron", "no curve gives"]);
+    one_line(&["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron", "no curve gives"]);
     std::fs::write(&file, b"TCC1 and nothing more").unwrap();
-    fails(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron: byte "]);
+    one_line(&["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["a.ron: byte "]);
     std::fs::write(&file, b"\xFF\xFE").unwrap();
-    fails(1, &["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["byte 0", "UTF-8"]);
-    fails(1, &["diffuse", "none.ron", "--size", "33", "--out", text(&out)], &["none.ron", "builtin:canyon"]);
-    fails(1, &["diffuse", "builtin:none", "--size", "33", "--out", text(&out)], &["builtin:canyon"]);
-    fails(1, &["diffuse", "builtin:fig7_hill", "--size", "33", "--out", "a.gif"], &["a.gif", ".asc"]);
+    one_line(&["diffuse", text(&file), "--size", "33", "--out", text(&out)], &["byte 0", "UTF-8"]);
+    one_line(&["diffuse", "none.ron", "--size", "33", "--out", text(&out)], &["none.ron", "builtin:canyon"]);
+    one_line(&["diffuse", "builtin:none", "--size", "33", "--out", text(&out)], &["builtin:canyon"]);
+    one_line(&["diffuse", "builtin:fig7_hill", "--size", "33", "--out", "a.gif"], &["a.gif", ".asc"]);
     assert!(!out.exists());
     for bad in [["--size", "1"], ["--solver", "magic"], ["--tolerance", "0"]] {
         let all = ["diffuse", "builtin:fig7_hill", "--size", "33", "--out", "a.tif"];

@@ -18,20 +18,15 @@ pub fn ok(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// A run that must end with `status` and say why in one line of standard error, which must name everything in `parts`.
-pub fn fails(status: i32, arguments: &[&str], parts: &[&str]) {
+/// A run that must end with status 1 and say why in one line of standard error, which must name everything in `parts`.
+pub fn one_line(arguments: &[&str], parts: &[&str]) {
     let output = terrain(arguments);
     let error = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {error}");
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
     assert_eq!(error.lines().count(), 1, "{error}");
     for part in parts {
         assert!(error.contains(part), "no `{part}` in: {error}");
     }
-}
-
-/// [`fails`] with status 1: a file that could not be used.
-pub fn one_line(arguments: &[&str], parts: &[&str]) {
-    fails(1, arguments, parts);
 }
 
 /// The path as an argument.
