@@ -2,7 +2,7 @@
 //! paper §5, with borders of materials that noise makes irregular, §8), one sun with cast shadows, sky light and haze.
 
 use rayon::prelude::*;
-use terrain_gpu::tessellate::coverage::Image;
+use terrain_gpu::tessellate::coverage::{Corners, Image};
 use terrain_gpu::tessellate::displace::Detail;
 use terrain_gpu::tessellate::ground::Ground;
 use terrain_gpu::tessellate::refine::Refinement;
@@ -134,7 +134,7 @@ impl Scene<'_> {
         let shaded: Vec<_> = leaves.par_iter().map(|leaf| self.shaded(leaf)).collect();
         let mut nearest = vec![f64::INFINITY; size[0] * size[1]];
         let mut colours = vec![[0.0; 3]; size[0] * size[1]];
-        for (corners, colour) in shaded.iter().flatten() {
+        for [corners, colour] in shaded.iter().flatten() {
             image.each(corners, |pixel, fragment| {
                 if fragment.depth < nearest[pixel] {
                     nearest[pixel] = fragment.depth;
@@ -159,7 +159,7 @@ impl Scene<'_> {
         }
     }
     /// Displaced triangles of a leaf with the colours of their corners, each vertex shaded once.
-    fn shaded(&self, leaf: &Triangle) -> Vec<([[f64; 3]; 3], [[f64; 3]; 3])> {
+    fn shaded(&self, leaf: &Triangle) -> Vec<[Corners; 2]> {
         let mut known: Vec<(Vertex, [f64; 3], [f64; 3])> = Vec::with_capacity(15);
         let mut place = |vertex: Vertex| {
             if let Some((_, p, colour)) = known.iter().find(|(other, ..)| *other == vertex) {
@@ -173,7 +173,7 @@ impl Scene<'_> {
         };
         let triangle = |triangle: &Triangle| {
             let [a, b, c] = triangle.corners().map(&mut place);
-            ([a.0, b.0, c.0], [a.1, b.1, c.1])
+            [[a.0, b.0, c.0], [a.1, b.1, c.1]]
         };
         leaf.lattice(LATTICE).iter().map(triangle).collect()
     }
