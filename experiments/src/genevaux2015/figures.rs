@@ -168,7 +168,7 @@ fn figure(
     let layers = Layers::of(&scene, ground).map_err(ExperimentError::failed)?;
     let landscape = layers.landscape();
     // Every n-th pixel of every n-th row of the picture.
-    let part = ctx.profile.pick(12, 2);
+    let part = ctx.profile.pick(16, 2);
     let (width, height) = (SIZE.0 / part, SIZE.1 / part);
     let placement = scene.cameras.get(camera).ok_or_else(|| ExperimentError::failed(format!("{name}: no {camera}")))?;
     let camera = Camera::new(placement, width, height);

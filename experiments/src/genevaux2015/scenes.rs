@@ -26,12 +26,12 @@ pub struct TableScene {
 
 /// Name in metrics, name in the table, rays of a quick comparison, record of long ones.
 const SCENES: [(&str, &str, u64, &str); 6] = [
-    ("fig1", "Fig 1", 8_000, include_str!("../../records/fig1.csv")),
-    ("fig3", "Fig 3", 8_000, include_str!("../../records/fig3.csv")),
-    ("fig19", "Fig 19", 8_000, include_str!("../../records/fig19.csv")),
-    ("fig20", "Fig 20", 8_000, include_str!("../../records/fig20.csv")),
-    ("fig21", "Fig 21", 8_000, include_str!("../../records/fig21.csv")),
-    ("fig22", "Fig 22", 8_000, include_str!("../../records/fig22.csv")),
+    ("fig1", "Fig 1", 2_500, include_str!("../../records/fig1.csv")),
+    ("fig3", "Fig 3", 2_500, include_str!("../../records/fig3.csv")),
+    ("fig19", "Fig 19", 2_500, include_str!("../../records/fig19.csv")),
+    ("fig20", "Fig 20", 2_500, include_str!("../../records/fig20.csv")),
+    ("fig21", "Fig 21", 2_500, include_str!("../../records/fig21.csv")),
+    ("fig22", "Fig 22", 2_500, include_str!("../../records/fig22.csv")),
 ];
 
 /// The scenes of the table, in its order.

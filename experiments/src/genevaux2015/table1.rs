@@ -32,7 +32,7 @@ pub const EXPERIMENT: Experiment = Experiment {
     code: "experiments/src/genevaux2015/table1.rs",
     test: "experiments/src/genevaux2015/rays.rs::answers_are_counted_by_where_they_lie",
     expected: |profile| Expected {
-        seconds: profile.pick(180.0, 30000.0),
+        seconds: profile.pick(60.0, 30000.0),
         memory_bytes: profile.pick(256 << 20, 1 << 30),
         disk_bytes: profile.pick(8 << 20, 64 << 20),
     },

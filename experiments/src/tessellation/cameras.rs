@@ -3,7 +3,7 @@
 use crate::experiment::ExperimentError;
 use terrain_gpu::tessellate::displace::{Detail, Space};
 use terrain_gpu::tessellate::ground::Ground;
-use terrain_gpu::tessellate::triangle::SIDE;
+use terrain_gpu::tessellate::triangle::{SIDE, Vertex};
 use terrain_gpu::tessellate::view::View;
 use terrain_model::grid::Grid;
 use terrain_model::io::geotiff;
@@ -42,20 +42,25 @@ fn place(name: &'static str, grid: &Grid<f64>) -> Result<Place, ExperimentError>
 /// Camera `k` of `seed`: anywhere, 2 to 400 m above the ground, in any direction, looking slightly down.
 pub fn camera(place: &Place, seed: u64, k: u32) -> Result<View, ExperimentError> {
     let random = |use_of| f64::from(mix(mix(seed as u32, k), use_of)) / 4_294_967_296.0;
-    let at = [0, 1].map(|axis| (random(axis) * f64::from(SIDE)) as u32);
-    let (p, _) = place.ground.smooth(at);
+    let (p, _) = place.ground.smooth(vertex(place, [0, 1].map(random)));
     let eye = [p[0], p[1], p[2] + 2.0 + 398.0 * random(2) * random(3)];
     View::new(eye, [random(4) - 0.5, random(5) - 0.5, 0.6 * (random(6) - 0.8)], 935.0, [960.0, 540.0])
         .ok_or_else(|| ExperimentError::failed(format!("camera {k} looks straight down")))
 }
 
-/// Camera `k` of `seed` above the middle of the domain, looking down, so that ground fills its frame: it is at most a twentieth of the
-/// domain's side high and sees to four times its height at most.
+/// Of the raster, by shares of its sides.
+fn vertex(place: &Place, shares: [f64; 2]) -> Vertex {
+    let far = place.ground.within([SIDE; 2]);
+    [0, 1].map(|axis| (shares[axis] * f64::from(far[axis])) as u32)
+}
+
+/// Camera `k` of `seed` above the middle of the raster, looking down, so that ground fills its frame: it is at most a twentieth of the
+/// raster's shorter side high and sees to four times its height at most.
 pub fn above(place: &Place, seed: u64, k: u32) -> Result<View, ExperimentError> {
     let random = |use_of| f64::from(mix(mix(seed as u32, k), use_of)) / 4_294_967_296.0;
-    let at = [0, 1].map(|axis| ((0.35 + 0.3 * random(axis)) * f64::from(SIDE)) as u32);
-    let (p, _) = place.ground.smooth(at);
-    let eye = [p[0], p[1], p[2] + 20.0 + 0.05 * place.ground.sides()[0] * random(2) * random(3)];
+    let (p, _) = place.ground.smooth(vertex(place, [0, 1].map(|axis| 0.35 + 0.3 * random(axis))));
+    let [width, height] = place.ground.extent();
+    let eye = [p[0], p[1], p[2] + 20.0 + 0.05 * width.min(height) * random(2) * random(3)];
     View::new(eye, [0.5 * random(4) - 0.2, 0.5 * random(5) - 0.3, -1.0], 935.0, [960.0, 540.0])
         .ok_or_else(|| ExperimentError::failed(format!("camera {k} from above looks straight down")))
 }

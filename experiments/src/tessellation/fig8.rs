@@ -121,7 +121,8 @@ fn pass(ground: &Ground, detail: &Detail, views: &[View], edge: f64) -> (f64, u6
         let refinement = Refinement::new(ground, detail, *view, edge, FINEST);
         let leaves = refinement.leaves(true);
         // What a draw would read is summed, so that it is computed.
-        let all: f64 = leaves.par_iter().map(|leaf| refinement.patch(leaf)[0][0][2]).sum();
+        let all: f64 =
+            leaves.par_iter().map(|leaf| refinement.patch(leaf).iter().map(|corners| corners[0][2]).sum::<f64>()).sum();
         triangles += if all.is_finite() { (leaves.len() << LATTICE) as u64 } else { 0 };
     }
     (start.elapsed().as_secs_f64(), triangles)

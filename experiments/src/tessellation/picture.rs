@@ -175,6 +175,6 @@ impl Scene<'_> {
             let [a, b, c] = triangle.corners().map(&mut place);
             [[a.0, b.0, c.0], [a.1, b.1, c.1]]
         };
-        leaf.lattice(LATTICE).iter().map(triangle).collect()
+        leaf.lattice(LATTICE).iter().filter(|triangle| self.ground.holds(triangle)).map(triangle).collect()
     }
 }

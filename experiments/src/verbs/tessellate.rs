@@ -237,11 +237,7 @@ impl Tessellate {
         let refinement = Refinement::new(&work.ground, &work.detail, view, self.edge_px, FINEST);
         let leaves = refinement.leaves(false);
         let (mut known, mut mesh, mut normals) = (HashMap::<Vertex, u32>::new(), Mesh::default(), Vec::new());
-        // Beyond the raster's border triangles have no area.
-        let drawn = |triangle: &Triangle| {
-            let [[ax, ay], b, c] = triangle.corners().map(|c| work.ground.within(c).map(i64::from));
-            (b[0] - ax) * (c[1] - ay) != (b[1] - ay) * (c[0] - ax)
-        };
+        let drawn = |triangle: &Triangle| work.ground.holds(triangle);
         for triangle in leaves.iter().flat_map(|leaf| leaf.lattice(LATTICE)).filter(drawn) {
             let corners = triangle.corners().map(|vertex| {
                 *known.entry(vertex).or_insert_with(|| {

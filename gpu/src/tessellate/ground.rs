@@ -2,7 +2,7 @@
 //! makes of each block of cells. A raster of another size has its south-west part of them: vertices beyond its north and east
 //! borders are drawn back to these, so that triangles beyond have no area and those across end there.
 
-use super::triangle::{SIDE, Vertex};
+use super::triangle::{SIDE, Triangle, Vertex};
 use super::view::unit;
 use terrain_model::grid::Grid;
 use terrain_model::real::Real;
@@ -177,6 +177,12 @@ impl Ground {
     pub fn within(&self, vertex: Vertex) -> Vertex {
         let unit = SIDE / self.cells as u32;
         [0, 1].map(|k| vertex[k].min(self.inside[k] as u32 * unit))
+    }
+    /// Is a part of the triangle over the raster? Those beyond its borders are none: vertices drawn back to a border lie on one line
+    /// there, but displacement would bend it and give them an area.
+    pub fn holds(&self, triangle: &Triangle) -> bool {
+        let [a, b, c] = triangle.corners().map(|corner| self.within(corner).map(i64::from));
+        (b[0] - a[0]) * (c[1] - a[1]) != (b[1] - a[1]) * (c[0] - a[0])
     }
     /// Sides of the raster from west to east and from south to north, metres.
     pub fn extent(&self) -> [f64; 2] {

@@ -59,7 +59,7 @@ impl<'a> Refinement<'a> {
     pub fn edge_ratios(&self, leaf: &Triangle) -> Vec<f64> {
         let mut ratios = Vec::new();
         let whole = |triangle: &Triangle| triangle.corners().iter().all(|c| self.ground.within(*c) == *c);
-        for (_, corners) in leaf.lattice(LATTICE).iter().zip(self.patch(leaf)).filter(|(triangle, _)| whole(triangle)) {
+        for corners in self.displaced(leaf, whole) {
             let seen = corners.map(|p| self.view.sees(p));
             for (i, j) in [(0, 1), (1, 2), (2, 0)].into_iter().filter(|(i, j)| seen[*i] || seen[*j]) {
                 let (mut length, mut distance) = (0.0, 0.0);
@@ -73,8 +73,11 @@ impl<'a> Refinement<'a> {
         }
         ratios
     }
-    /// The displaced triangles of `leaf`, each vertex computed once.
+    /// The displaced triangles of `leaf` over the raster, each vertex computed once.
     pub fn patch(&self, leaf: &Triangle) -> Vec<Corners> {
+        self.displaced(leaf, |triangle| self.ground.holds(triangle))
+    }
+    fn displaced(&self, leaf: &Triangle, wanted: impl Fn(&Triangle) -> bool) -> Vec<Corners> {
         let mut known: Vec<(Vertex, [f64; 3])> = Vec::with_capacity(15);
         let mut place = |vertex: Vertex| match known.iter().find(|(other, _)| *other == vertex) {
             Some((_, p)) => *p,
@@ -84,7 +87,8 @@ impl<'a> Refinement<'a> {
                 p
             }
         };
-        leaf.lattice(LATTICE).iter().map(|triangle| triangle.corners().map(&mut place)).collect()
+        let triangles = leaf.lattice(LATTICE).into_iter().filter(wanted);
+        triangles.map(|triangle| triangle.corners().map(&mut place)).collect()
     }
     /// What is refined.
     pub fn ground(&self) -> &'a Ground {

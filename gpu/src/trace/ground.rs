@@ -27,7 +27,7 @@ pub struct Ground {
     pub elevation: f32,
     /// α.
     pub weight: f32,
-    /// Mean over the lines of [`line`], or over the part of them on one side of the place where the other end is off the
+    /// Mean over the lines of [`line()`], or over the part of them on one side of the place where the other end is off the
     /// domain.
     pub gradient: Vec2,
 }

@@ -120,7 +120,7 @@ impl Tiles {
     }
     /// How far the device's elevations, metres, and weights may be from the terrain's on a tile, where it has ground: what
     /// `f32` rounds by `Rounded`, times [`DEVICE`], and what rounding the parameters moves. The sum is derived at 16 points
-    /// of the tile and of each of its neighbours; between them it is taken to be at most [`BETWEEN`] times the largest of
+    /// of the tile and of each of its neighbours; between them it is taken to be at most twice the largest of
     /// these, which is no proof: tests and the experiment `gpu/tracing` hold the device to it elsewhere.
     pub fn margins(&self, tile: usize) -> [f64; 2] {
         self.margins[tile]
