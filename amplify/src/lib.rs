@@ -1,6 +1,7 @@
 //! Heightfields amplified to implicit 3D terrain (Paris 2019).
 
 pub mod brush;
+mod buckets;
 pub mod field;
 pub mod geology;
 pub mod hydrology;

@@ -78,6 +78,13 @@ fn a_flight_is_numbered_and_moves() {
     assert!(!out.exists());
     let [a, b, c] = [0, 1, 2].map(|k| std::fs::read(at(&format!("f_0000{k}.png"))).unwrap());
     assert!(a != b && b != c && a != c);
+    // Through the hill: no picture is written.
+    let through = at("through.png");
+    let camera = ["--camera", "3010,5240,20,3320,5240,+5", "--to", "3600,5240,20,3320,5240,+5", "--size", "64x48"];
+    let mut arguments = vec!["tessellate", text(&input), "--out", text(&through), "--frames", "5", "--octaves", "0"];
+    arguments.extend(camera);
+    one_line(&arguments, &["--camera", "below the ground"]);
+    assert!(!at("through_00000.png").exists());
 }
 
 #[test]

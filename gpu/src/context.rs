@@ -371,6 +371,22 @@ impl Context {
     }
 }
 
+/// For tests: a fresh device on the one adapter that they share. Without an adapter the test prints why it is skipped and ends; where
+/// TERRAIN_REQUIRE_GPU is 1 that is a failure.
+#[cfg(test)]
+pub(crate) fn device() -> Option<Context> {
+    static ADAPTER: std::sync::OnceLock<Result<wgpu::Adapter, String>> = std::sync::OnceLock::new();
+    let adapter = ADAPTER.get_or_init(|| choose(None).map_err(|error| error.to_string()));
+    match adapter {
+        Ok(adapter) => Some(Context::on(adapter).expect("the adapter gives a device")),
+        Err(error) => {
+            assert!(!required(), "TERRAIN_REQUIRE_GPU=1: {error}");
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

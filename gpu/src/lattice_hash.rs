@@ -4,8 +4,10 @@
 use crate::context::{Context, ContextError};
 use terrain_model::noise::hash::Keys;
 
+/// What every kernel that hashes begins with.
+pub(crate) const HASH: &str = include_str!("../shaders/hash.wgsl");
 /// The kernel.
-pub const SOURCE: &str = include_str!("../shaders/lattice_hash.wgsl");
+pub const SOURCE: &str = concat!(include_str!("../shaders/hash.wgsl"), include_str!("../shaders/lattice_hash.wgsl"));
 
 /// Invocations of one workgroup.
 const GROUP: usize = 64;
@@ -52,23 +54,7 @@ fn run(context: &Context, source: &str, points: &[Point]) -> Result<Vec<[u32; 2]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::context::choose;
-    use std::sync::OnceLock;
-
-    /// A fresh device on the one adapter that tests share. Without an adapter the test prints why it is skipped and
-    /// ends; where TERRAIN_REQUIRE_GPU is 1 that is a failure.
-    fn device() -> Option<Context> {
-        static ADAPTER: OnceLock<Result<wgpu::Adapter, String>> = OnceLock::new();
-        let adapter = ADAPTER.get_or_init(|| choose(None).map_err(|error| error.to_string()));
-        match adapter {
-            Ok(adapter) => Some(Context::on(adapter).expect("the adapter gives a device")),
-            Err(error) => {
-                assert!(!crate::context::required(), "TERRAIN_REQUIRE_GPU=1: {error}");
-                eprintln!("skipped: {error}");
-                None
-            }
-        }
-    }
+    use crate::context::device;
 
     /// The corners of the index range, its middle, and points all over it, on four lattices.
     fn points(count: usize) -> Vec<Point> {

@@ -1,7 +1,10 @@
 //! Every shader of the crate is parsed and validated, with or without an adapter.
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
+use std::path::Path;
 use terrain_gpu::tessellate::device::displace::DISPLACE;
+use terrain_gpu::tessellate::device::refine::{ADVANCE, REFINE};
+use terrain_gpu::{lattice_hash, program, trace};
 
 fn validate(source: &str) -> Result<(), String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))?;
@@ -9,39 +12,34 @@ fn validate(source: &str) -> Result<(), String> {
     validator.validate(&module).map(|_| ()).map_err(|error| error.emit_to_string(source))
 }
 
-#[test]
-fn every_shader_is_valid() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/shaders");
-    let mut count = 0;
-    // `program` holds parts of one shader, which the next test joins, and `displace.wgsl` stands behind `noise.wgsl`.
-    validate(DISPLACE).unwrap();
-    for entry in ["", "/tessellate"].iter().flat_map(|sub| std::fs::read_dir(format!("{folder}{sub}")).unwrap()) {
-        let path = entry.unwrap().path();
-        if path.is_dir() || path.ends_with("displace.wgsl") {
-            continue;
-        }
-        assert_eq!(path.extension().and_then(|e| e.to_str()), Some("wgsl"), "{} is no shader", path.display());
-        let source = std::fs::read_to_string(&path).unwrap();
-        validate(&source).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-        count += 1;
-    }
-    assert!(count >= 3);
+/// Every kernel as the device gets it.
+fn kernels() -> Vec<String> {
+    let over_tiles = [trace::MARCH, trace::GROUND].map(|kernel| trace::source([8, 8], kernel));
+    let alone = [lattice_hash::SOURCE, REFINE, ADVANCE, DISPLACE].map(str::to_owned);
+    [program::source([8, 8])].into_iter().chain(over_tiles).chain(alone).collect()
 }
 
 #[test]
-fn the_kernels_that_run_programs_are_valid_and_hold_every_part_in_their_folders() {
-    use terrain_gpu::{program, trace};
-    let over_tiles = [trace::MARCH, trace::GROUND].map(|kernel| trace::source([8, 8], kernel));
-    let kernels = [("program", vec![program::source([8, 8])]), ("trace", over_tiles.to_vec())];
-    for (folder, joined) in kernels {
-        for text in &joined {
-            validate(text).unwrap_or_else(|error| panic!("{folder}: {error}"));
-        }
-        for entry in std::fs::read_dir(format!("{}/shaders/{folder}", env!("CARGO_MANIFEST_DIR"))).unwrap() {
-            let part = std::fs::read_to_string(entry.unwrap().path()).unwrap();
-            assert!(joined.iter().any(|text| text.contains(&part)));
+fn every_kernel_is_valid_and_every_file_is_part_of_one() {
+    let kernels = kernels();
+    for kernel in &kernels {
+        validate(kernel).unwrap_or_else(|error| panic!("{error}"));
+    }
+    let (mut folders, mut count) = (vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders")], 0);
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            assert_eq!(path.extension().and_then(|e| e.to_str()), Some("wgsl"), "{} is no shader", path.display());
+            let part = std::fs::read_to_string(&path).unwrap();
+            assert!(kernels.iter().any(|kernel| kernel.contains(&part)), "{} is part of no kernel", path.display());
+            count += 1;
         }
     }
+    assert!(count > 10, "{count}");
 }
 
 #[test]

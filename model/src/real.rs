@@ -147,6 +147,17 @@ pub struct Operand<R> {
     pub product: R,
 }
 
+/// `f` as it is, and of numbers that enclose in a function of its own: formulas on them are long, and inlined into one loop with all
+/// others they would take the compiler minutes. Lanes must be inlined to be compiled for the instruction set of the loop.
+#[inline(always)]
+pub(crate) fn apart<R: Real, T>(f: impl FnOnce() -> T) -> T {
+    #[inline(never)]
+    fn call<T>(f: impl FnOnce() -> T) -> T {
+        f()
+    }
+    if R::ENCLOSES { call(f) } else { f() }
+}
+
 impl<R: Real> Operand<R> {
     /// An operand with elevation and weight.
     #[inline(always)]

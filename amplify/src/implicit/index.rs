@@ -4,6 +4,7 @@
 use super::primitive::Primitive;
 use super::recent::Recent;
 use super::squares::Squares;
+use crate::buckets::Buckets;
 use crate::field::Box3;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -113,8 +114,8 @@ impl Index {
     }
 
     fn fill(&mut self, supports: &[Box3]) {
-        // (column, z, primitive) in the order of the lists.
-        let mut entries: Vec<(u32, i32, u32)> = supports
+        // (column, z, primitive), primitives ascending.
+        let entries: Vec<(u32, i32, u32)> = supports
             .par_iter()
             .enumerate()
             .flat_map_iter(|(k, support)| {
@@ -131,17 +132,20 @@ impl Index {
                 })
             })
             .collect();
-        entries.par_sort_unstable();
-        for of_column in entries.chunk_by(|a, b| a.0 == b.0) {
-            let (bottom, top) = (of_column[0].1, of_column[of_column.len() - 1].1);
+        let mut columns = Buckets::new(self.table.len(), || entries.iter().map(|&(column, z, k)| (column, (z, k))));
+        drop(entries);
+        columns.sort();
+        self.items.reserve_exact(columns.items().len());
+        for (column, here) in columns.filled() {
+            let (bottom, top) = (here[0].0, here[here.len() - 1].0);
             let first = self.starts.len() as u32 - 1;
-            self.table[of_column[0].0 as usize] = Column { bottom, count: (top - bottom + 1) as u32, first };
-            let mut rest = of_column;
+            self.table[column] = Column { bottom, count: (top - bottom + 1) as u32, first };
+            let mut rest = here;
             for z in bottom..=top {
-                let here = rest.partition_point(|entry| entry.1 <= z);
-                self.items.extend(rest[..here].iter().map(|entry| entry.2));
+                let list = rest.partition_point(|entry| entry.0 <= z);
+                self.items.extend(rest[..list].iter().map(|entry| entry.1));
                 self.starts.push(self.items.len() as u32);
-                rest = &rest[here..];
+                rest = &rest[list..];
             }
         }
     }

@@ -4,7 +4,7 @@
 use super::random::Random;
 use crate::field::Box3;
 use crate::implicit::surface::Surface;
-use crate::sampling::exclusion::Exclusion;
+use crate::sampling::thin::thin;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use terrain_model::noise::hash::mix;
@@ -82,21 +82,6 @@ fn in_cell(surface: &Surface, region: &Box3, corner: DVec2, spacing: f64, seed: 
 fn reaches(surface: &Surface, region: &Box3, low: DVec2, high: DVec2) -> bool {
     let heights = surface.elevations_over(&Box3 { low: low.extend(0.0), high: high.extend(0.0) });
     heights.hi() >= region.low.z && heights.lo() <= region.high.z
-}
-
-/// Of `points`, taken in an order by chance, those that no earlier one is nearer to than `spacing` metres, with their data.
-pub fn thin<T: Copy>(points: &[(DVec3, T)], spacing: f64, seed: u32) -> Vec<(DVec3, T)> {
-    let mut order: Vec<(u32, u32)> = (0..points.len() as u32).map(|k| (mix(seed, k), k)).collect();
-    order.par_sort_unstable();
-    let mut kept = Exclusion::new(2.0 * spacing);
-    let free = |&(_, k): &(u32, u32)| {
-        let sample = points[k as usize];
-        (!kept.any_within(sample.0, spacing)).then(|| {
-            kept.insert(sample.0);
-            sample
-        })
-    };
-    order.iter().filter_map(free).collect()
 }
 
 /// Poisson spheres on `surface` within `region`, no two nearer than `spacing` metres, the candidates at `p` kept with

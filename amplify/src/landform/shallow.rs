@@ -2,7 +2,7 @@
 //! far as stress and weak rock let it. A further step starts from the walls of what the last one carved.
 
 use super::energy::Attack;
-use super::ground::{sprinkle, thin};
+use super::ground::sprinkle;
 use super::parameter::{Check, ParameterError};
 use super::random::Random;
 use super::raster::largest;
@@ -12,6 +12,7 @@ use crate::implicit::primitive::Primitive;
 use crate::implicit::skeleton::Skeleton;
 use crate::implicit::surface::Surface;
 use crate::implicit::volume::Volume;
+use crate::sampling::thin::thin;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,7 @@
 //! Is a mesh the border of a solid? Each edge is to have two triangles that run along it in opposite directions, each vertex
 //! one fan.
 
+use crate::buckets::Buckets;
 use terrain_model::mesh::Mesh;
 
 /// What is wrong with a mesh; all zero for the border of a solid.
@@ -22,33 +23,32 @@ impl Census {
     /// Counts.
     pub fn of(mesh: &Mesh) -> Census {
         let mut census = Census::default();
-        // Edge by its ends, smaller first; whether it is run from the smaller; the triangle.
-        let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * mesh.triangles.len());
-        // At each vertex, the opposite side from second to third.
-        let mut around: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * mesh.triangles.len());
         for &[a, b, c] in &mesh.triangles {
             census.collapsed_triangles += u64::from(a == b || b == c || c == a);
-            for (a, b, c) in [(a, b, c), (b, c, a), (c, a, b)] {
-                edges.push((a.min(b), a.max(b), a < b));
-                around.push((a, b, c));
-            }
         }
-        edges.sort_unstable();
-        for edge in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let sides = || mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b, c), (b, c, a), (c, a, b)]);
+        let vertices = mesh.positions.len();
+        // Of each edge at its smaller end: the other end, and whether it is run from the smaller.
+        let mut edges = Buckets::new(vertices, || sides().map(|(a, b, _)| (a.min(b), (a.max(b), a < b))));
+        edges.sort();
+        for edge in edges.filled().flat_map(|(_, edges)| edges.chunk_by(|a, b| a.0 == b.0)) {
             match edge {
                 [_] => census.holes += 1,
-                [one, other] => census.misoriented_edges += u64::from(one.2 == other.2),
+                [one, other] => census.misoriented_edges += u64::from(one.1 == other.1),
                 _ => census.non_manifold_edges += 1,
             }
         }
-        around.sort_unstable();
-        for fan in around.chunk_by(|a, b| a.0 == b.0) {
+        drop(edges);
+        // At each vertex, the opposite sides.
+        let mut fans = Buckets::new(vertices, || sides().map(|(a, b, c)| (a, (b, c))));
+        fans.sort();
+        for (_, fan) in fans.filled() {
             // From one side on through the triangles: the walk has to meet them all.
-            let mut at = fan[0].2;
+            let mut at = fan[0].1;
             let mut met = 1;
-            while at != fan[0].1 && met <= fan.len() {
-                match fan.binary_search_by(|side| side.1.cmp(&at)) {
-                    Ok(next) => at = fan[next].2,
+            while at != fan[0].0 && met <= fan.len() {
+                match fan.binary_search_by(|side| side.0.cmp(&at)) {
+                    Ok(next) => at = fan[next].1,
                     Err(_) => break,
                 }
                 met += 1;

@@ -85,9 +85,12 @@ pub fn coverage(index: &Index, [low, high]: [DVec2; 2], cell: f64) -> f64 {
         let [first, last] = [from, to].map(|at| at.floor().clamp(DVec2::ZERO, cells - 1.0));
         for y in first.y as usize..=last.y as usize {
             for x in first.x as usize..=last.x as usize {
+                if covered[y * width + x] {
+                    continue;
+                }
                 let at = low + cell * DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
                 let column = Box3 { low: at.extend(support.low.z), high: at.extend(support.high.z) };
-                covered[y * width + x] |= one.meets(&column);
+                covered[y * width + x] = one.meets(&column);
             }
         }
     }

@@ -7,6 +7,7 @@ pub mod regions;
 pub mod spectrum;
 #[cfg(test)]
 mod tests;
+pub mod thin;
 
 pub use darts::{Poisson, Region, sample};
 

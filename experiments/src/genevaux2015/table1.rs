@@ -172,7 +172,9 @@ fn run_scene(
     outcome.metric(&format!("{name}.picture_epsilon_metres"), coarse.epsilon)?;
     pictures(ctx, scene, &surface, &coarse, row, paper_calls, outcome, compared)?;
 
+    let start = Instant::now();
     let supremum = slope_supremum(program, DVec2::ZERO, extent, 0.05, ctx.profile.pick(60_000, 1_000_000));
+    outcome.timing(&format!("{name}.slope_supremum_seconds"), start.elapsed().as_secs_f64())?;
     outcome.metric(&format!("{name}.slope_bound"), surface.global().slope)?;
     outcome.metric(&format!("{name}.slope_supremum_at_least"), supremum.at_least)?;
     outcome.metric(&format!("{name}.slope_supremum_at_most"), supremum.at_most)?;
@@ -197,6 +199,7 @@ fn run_scene(
     tracers.push((Tracer::Sphere, &broken));
     let progress = ctx.progress(&format!("{name}: rays against the certified tracer"), rays);
     let seed = ctx.seed_for(name);
+    let start = Instant::now();
     let tallies = compare(&ground, &tracers, &settings, &effort, seed, 0..rays, &|n| progress.advance(n));
     let mut clean = true;
     for (tracer, families) in compared_tracers.iter().zip(&tallies) {
@@ -216,6 +219,8 @@ fn run_scene(
     clean &= recorded(scene, outcome, safety)?;
     outcome.metric(&format!("{name}.undecided"), total(&tallies[0]).undecided as f64)?;
     outcome.metric(&format!("{name}.rays"), rays as f64)?;
+
+    outcome.timing(&format!("{name}.rays_seconds"), start.elapsed().as_secs_f64())?;
 
     let wrong = total(&tallies[compared_tracers.len()]);
     // And where the bound is wrong: rays that climb past the steepest place. The right bounds must hold there too.
@@ -333,7 +338,7 @@ fn pictures(
     let plain = Look { shadows: false, ..look };
     for tracer in Tracer::WITH_PAPER {
         let metric = |what: &str| format!("{name}.{}.{what}", tracer.name());
-        let Some(part) = part_of_the_pixels(tracer, surface) else {
+        let Some(part) = part_of_the_pixels(ctx, tracer, surface) else {
             let why = "the slope bound of the whole terrain is above 5000: a ray would take more than a million steps";
             for what in ["evaluations_per_pixel", "evaluations_per_terrain_pixel", "terrain_share"] {
                 outcome.absent(&metric(what), why)?;
@@ -383,7 +388,7 @@ fn pictures(
             )
             .machine(),
         );
-        if part == 1 {
+        if part <= 2 {
             let steps = ctx.write_png(&format!("{name}_{}_steps", tracer.name()), width, height, &heat(&pixels))?;
             let caption = format!("Evaluations per pixel, {} tracer: black 0, white 128 and more", tracer.name());
             outcome.picture(Picture::new(steps, &caption).camera(format!("{name}, main")));
@@ -410,7 +415,9 @@ fn pictures(
             ),
         ));
     }
+    let start = Instant::now();
     let agreement = against_certified(surface, &camera, Tracer::Segment, settings);
+    outcome.timing(&format!("{name}.picture_certified_seconds"), start.elapsed().as_secs_f64())?;
     let lead = largest_lead(&agreement);
     outcome.metric(&format!("{name}.segment.picture_max_early_metres"), lead)?;
     let drawn =
@@ -424,11 +431,13 @@ fn pictures(
 }
 
 /// The two tracers that are not ours may take thousands of evaluations a pixel: they are counted on every n-th pixel of every
-/// n-th row, n by the slope bound for sphere tracing; `None` where that would still take days.
-fn part_of_the_pixels(tracer: Tracer, surface: &Surface<'_>) -> Option<u32> {
+/// n-th row, n by the slope bound for sphere tracing and twice as large in a quick run; `None` where that would still take days.
+fn part_of_the_pixels(ctx: &Context, tracer: Tracer, surface: &Surface<'_>) -> Option<u32> {
+    let fewer = ctx.profile.pick(2, 1);
     match (tracer, surface.global().slope) {
-        (Tracer::Accelerated | Tracer::Segment, _) | (Tracer::Sphere, ..=GENTLE) => Some(1),
-        (Tracer::AcceleratedPaper, _) => Some(6),
+        (Tracer::Accelerated | Tracer::Segment, _) => Some(1),
+        (Tracer::Sphere, ..=GENTLE) => Some(fewer),
+        (Tracer::AcceleratedPaper, _) => Some(6 * fewer),
         (Tracer::Sphere, ..=5000.0) => Some(12),
         (Tracer::Sphere, _) => None,
     }

@@ -3,7 +3,6 @@
 use crate::environment::Gpu;
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Cell, Outcome, Table};
-use terrain_gpu::context::Context as Device;
 use terrain_gpu::program::conformance;
 use terrain_papers::verdicts::Verdict;
 
@@ -23,10 +22,9 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
-    let device = match Device::new(None) {
+    let device = match crate::gpu::adapter()? {
         Ok(device) => device,
-        Err(error) if terrain_gpu::context::required() => return Err(ExperimentError::failed(error)),
-        Err(error) => return Ok(Outcome::skipped(error.to_string())),
+        Err(skipped) => return Ok(skipped),
     };
     let found =
         conformance::run(&device, ctx.profile.pick(96, 2048), ctx.seed as u32).map_err(ExperimentError::failed)?;

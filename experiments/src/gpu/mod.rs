@@ -3,7 +3,21 @@
 mod conformance;
 mod tracing;
 
-use crate::experiment::Experiment;
+use crate::experiment::{Experiment, ExperimentError};
+use crate::report::Outcome;
+use terrain_gpu::context::{Context, required};
+
+/// The adapter at hand; the outcome of an experiment that has none.
+///
+/// # Errors
+/// When there is none and the environment says that there must be.
+pub fn adapter() -> Result<Result<Context, Outcome>, ExperimentError> {
+    match Context::new(None) {
+        Ok(context) => Ok(Ok(context)),
+        Err(error) if required() => Err(ExperimentError::failed(error)),
+        Err(error) => Ok(Err(Outcome::skipped(error.to_string()))),
+    }
+}
 
 /// The experiments of the adapter, in the order of the report.
 pub const EXPERIMENTS: &[&Experiment] = &[&conformance::EXPERIMENT, &tracing::EXPERIMENT];

@@ -50,10 +50,9 @@ const STEPS: u32 = 200_000;
 const CONTROL: f64 = 1.0 / 3.0;
 
 fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
-    let device = match Device::new(None) {
+    let device = match crate::gpu::adapter()? {
         Ok(device) => device,
-        Err(error) if terrain_gpu::context::required() => return Err(ExperimentError::failed(error)),
-        Err(error) => return Ok(Outcome::skipped(error.to_string())),
+        Err(skipped) => return Ok(skipped),
     };
     let mut outcome = Outcome::new(Verdict::Reproduced);
     let mut table = Table::new("tracers", "The adapter's answers against the certified tracer's").column("scene");

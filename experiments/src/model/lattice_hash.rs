@@ -4,7 +4,6 @@
 use crate::environment::Gpu;
 use crate::experiment::{Context, Expected, Experiment, ExperimentError};
 use crate::report::{Cell, Claim, Outcome, Table};
-use terrain_gpu::context::Context as Device;
 use terrain_gpu::lattice_hash::{Point, hashes, twin};
 use terrain_model::noise::mix;
 use terrain_papers::verdicts::{ClaimVerdict, Verdict};
@@ -28,10 +27,9 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
-    let device = match Device::new(None) {
+    let device = match crate::gpu::adapter()? {
         Ok(device) => device,
-        Err(error) if terrain_gpu::context::required() => return Err(ExperimentError::failed(error)),
-        Err(error) => return Ok(Outcome::skipped(error.to_string())),
+        Err(skipped) => return Ok(skipped),
     };
     let count = ctx.profile.pick(1 << 18, 1 << 22);
     let points = points(count, ctx.seed_for("points"));

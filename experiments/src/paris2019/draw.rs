@@ -1,6 +1,7 @@
 //! A mesh drawn with a z-buffer: sun and sky by the vertices' normals, rock pale where it resists.
 
 use glam::DVec3;
+use rayon::prelude::*;
 use terrain_model::mesh::Mesh;
 use terrain_model::scene::CameraPlacement;
 
@@ -21,7 +22,7 @@ pub fn draw(
     mesh: &Mesh,
     camera: &CameraPlacement,
     [width, height]: [usize; 2],
-    resistance: impl Fn(DVec3) -> f64,
+    resistance: impl Fn(DVec3) -> f64 + Sync,
 ) -> Drawing {
     let forward = (camera.target - camera.eye).normalize();
     let right = forward.cross(DVec3::Z).normalize();
@@ -35,12 +36,8 @@ pub fn draw(
         (depth > NEAR).then(|| DVec3::new(0.5 * width as f64 + at(right), 0.5 * height as f64 - at(up), 1.0 / depth))
     };
     let mut depths = vec![0.0f64; width * height];
-    let mut pixels: Vec<u8> = (0..width * height)
-        .flat_map(|k| {
-            let t = (k / width) as f64 / height as f64;
-            [150.0 + 60.0 * t, 180.0 + 40.0 * t, 215.0 + 20.0 * t].map(|c| c as u8)
-        })
-        .collect();
+    // The triangle that each pixel shows, and where on it.
+    let mut seen = vec![(u32::MAX, [0.0f64; 3]); width * height];
     let shade = |k: usize| {
         let p = DVec3::from_array(mesh.positions[k]);
         let normal = mesh.normals.as_ref().map_or(DVec3::Z, |normals| DVec3::from_array(normals[k]));
@@ -49,8 +46,7 @@ pub fn draw(
         let rock = DVec3::new(120.0, 88.0, 66.0).lerp(DVec3::new(235.0, 215.0, 180.0), rho);
         rock * light
     };
-    let shades: Vec<DVec3> = (0..mesh.positions.len()).map(shade).collect();
-    for corners in &mesh.triangles {
+    for (number, corners) in mesh.triangles.iter().enumerate() {
         let corners = corners.map(|k| k as usize);
         let [Some(a), Some(b), Some(c)] = corners.map(|k| project(DVec3::from_array(mesh.positions[k]))) else {
             continue;
@@ -77,14 +73,22 @@ pub fn draw(
                 let pixel = j * width + i;
                 if near > depths[pixel] {
                     depths[pixel] = near;
-                    let [ka, kb, kc] = corners;
-                    let colour = shades[ka] * u + shades[kb] * v + shades[kc] * w;
-                    let colour = colour.clamp(DVec3::ZERO, DVec3::splat(255.0)).to_array();
-                    pixels[3 * pixel..3 * pixel + 3].copy_from_slice(&colour.map(|c| c as u8));
+                    seen[pixel] = (number as u32, [u, v, w]);
                 }
             }
         }
     }
+    let sky = |k: usize| {
+        let t = (k / width) as f64 / height as f64;
+        DVec3::new(150.0 + 60.0 * t, 180.0 + 40.0 * t, 215.0 + 20.0 * t)
+    };
+    let colour = |(k, &(number, [u, v, w])): (usize, &(u32, [f64; 3]))| {
+        let rock = |[a, b, c]: &[u32; 3]| shade(*a as usize) * u + shade(*b as usize) * v + shade(*c as usize) * w;
+        let colour = mesh.triangles.get(number as usize).map_or_else(|| sky(k), rock);
+        colour.clamp(DVec3::ZERO, DVec3::splat(255.0)).to_array().map(|c| c as u8)
+    };
+    let pixels: Vec<[u8; 3]> = seen.par_iter().enumerate().map(colour).collect();
+    let pixels = pixels.concat();
     let covered = depths.iter().filter(|depth| **depth > 0.0).count() as f64 / depths.len() as f64;
     Drawing { pixels, covered }
 }

@@ -2,6 +2,7 @@
 
 pub mod amplified;
 pub mod benagil;
+mod bvh;
 mod drainage;
 mod draw;
 mod figures;
@@ -12,6 +13,7 @@ mod landforms;
 pub(crate) mod landscapes;
 mod meshing;
 mod queries;
+mod scaling;
 pub mod scenes;
 mod stacks;
 mod table1;
@@ -24,6 +26,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &geology::EXPERIMENT,
     &figures::EXPERIMENT,
     &queries::EXPERIMENT,
+    &scaling::EXPERIMENT,
     &instancing::EXPERIMENT,
     &meshing::EXPERIMENT,
     &stacks::EXPERIMENT,

@@ -51,7 +51,8 @@ pub fn looking(
     size: [usize; 2],
 ) -> Result<View, ExperimentError> {
     let [x, y] = ground.extent();
-    let placed = |p: [f64; 3]| DVec3::new(p[0] * x, p[1] * y, detail.elevation(ground, [p[0] * x, p[1] * y]) + p[2]);
+    let placed =
+        |p: [f64; 3]| DVec3::new(p[0] * x, p[1] * y, detail.elevation_over(ground, [p[0] * x, p[1] * y]) + p[2]);
     let (eye, target) = (placed(eye), placed(target));
     let half = size.map(|n| 0.5 * n as f64);
     View::new(eye.to_array(), (target - eye).to_array(), 1.2 * half[0], half)

@@ -168,12 +168,15 @@ impl Tessellate {
         let from = self.camera.unwrap_or(to);
         let bar = progress(self.frames.into(), "pictures");
         let stem = self.out.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        let mut most = 0;
-        for frame in 0..self.frames {
+        // A flight that enters the ground is refused before its first picture.
+        let [a, b] = [from, to].map(|placement| placed(&work, placement));
+        let view = |frame: u32| {
             let t = f64::from(frame) / f64::from(self.frames - 1);
-            let [a, b] = [from, to].map(|placement| placed(&work, placement));
-            let at: [DVec3; 2] = std::array::from_fn(|k| a[k].lerp(b[k], t));
-            let view = self.looking(&work, at)?;
+            self.looking(&work, std::array::from_fn(|k| a[k].lerp(b[k], t)))
+        };
+        let views: Vec<View> = (0..self.frames).map(view).collect::<Result<_, _>>()?;
+        let mut most = 0;
+        for (frame, view) in views.into_iter().enumerate() {
             let drawn = self.draw(&work, view, &self.out.with_file_name(format!("{stem}_{frame:05}.png")))?;
             most = most.max(drawn.triangles);
             bar.inc(1);
@@ -209,7 +212,7 @@ impl Tessellate {
 
     fn looking(&self, work: &Work, [eye, target]: [DVec3; 2]) -> Result<View, VerbError> {
         let inside = work.ground.extent().into_iter().zip([eye.x, eye.y]).all(|(side, at)| (0.0..=side).contains(&at));
-        let under = work.detail.elevation(&work.ground, [eye.x, eye.y]) - eye.z;
+        let under = work.detail.elevation_over(&work.ground, [eye.x, eye.y]) - eye.z;
         if inside && under > 0.0 {
             let problem =
                 format!("--camera: the eye is {under:.0} m below the ground; a z with + is above it, as in +20");
@@ -265,7 +268,7 @@ impl Tessellate {
 fn placed(work: &Work, Placement { at, above }: Placement) -> [DVec3; 2] {
     [0, 1].map(|k| {
         let p = DVec2::new(at[3 * k], at[3 * k + 1]) - work.origin;
-        let ground = if above[k] { work.detail.elevation(&work.ground, p.to_array()) } else { 0.0 };
+        let ground = if above[k] { work.detail.elevation_over(&work.ground, p.to_array()) } else { 0.0 };
         p.extend(at[3 * k + 2] + ground)
     })
 }

@@ -106,3 +106,14 @@ fn run(start: u32, end: u32, x: vec2<f32>) -> vec2<f32> {
     }
     return stack[0];
 }
+
+// Whether every loop of this invocation ran until its condition ended it. A driver may hold all of them together to a number
+// of iterations (Mesa's processor to 65,535) and leave them silently from then on: a loop that still runs `often` shows that
+// none before it was cut. The count is data, so that no compiler knows how often the loop runs.
+fn whole(often: u32) -> bool {
+    var ran = 0u;
+    while ran < often {
+        ran += 1u;
+    }
+    return ran == often;
+}

@@ -1,4 +1,4 @@
-// Gradient noise in the plane, and octaves of it combined, as terrain_model::noise computes them.
+// Gradient noise in the plane, and octaves of it combined, as terrain_model::noise computes them. `hash.wgsl` stands before it.
 
 // The keys of the lattice's seed plus the cell of the tile's origin; noise coordinates of that origin within its cell;
 // cycles per metre; metres; amplitude over that of the first octave.
@@ -9,19 +9,6 @@ struct Octave {
     amplitude: f32,
     ratio: f32,
     unused: f32,
-}
-
-const GOLDEN: u32 = 0x9e3779b1u;
-const SECOND: u32 = 0x85ebca6bu;
-
-fn lattice_point(x: u32, y: u32) -> u32 {
-    let column = x * GOLDEN;
-    var h = column ^ (column >> 13u) ^ (y * SECOND);
-    h ^= h >> 16u;
-    h *= 0x7feb352du;
-    h ^= h >> 15u;
-    h *= 0x846ca68bu;
-    return h ^ (h >> 16u);
 }
 
 // The direction that the top three bits of a hash choose.
@@ -41,7 +28,7 @@ fn lerp(a: f32, b: f32, t: f32) -> f32 {
 }
 
 fn corner(x: u32, y: u32, d: vec2<f32>) -> f32 {
-    let g = direction(lattice_point(x, y));
+    let g = direction(hashed2(vec2<u32>(x, y)));
     return g.x * d.x + g.y * d.y;
 }
 

@@ -1,24 +1,5 @@
-// Gradient noise in space with its gradient, as terrain_model::noise::gradient3 computes them.
-
-const GOLDEN: u32 = 0x9e3779b1u;
-const SECOND: u32 = 0x85ebca6bu;
-const THIRD: u32 = 0xc2b2ae35u;
-
-fn finish(word: u32) -> u32 {
-    var h = word;
-    h ^= h >> 16u;
-    h *= 0x7feb352du;
-    h ^= h >> 15u;
-    h *= 0x846ca68bu;
-    return h ^ (h >> 16u);
-}
-
-// The hash of a lattice point to which the keys of its lattice were added.
-fn hashed(point: vec3<u32>) -> u32 {
-    let column = point.x * GOLDEN;
-    let h = (column ^ (column >> 13u) ^ (point.y * SECOND)) * THIRD;
-    return finish(h ^ (h >> 15u) ^ (point.z * SECOND));
-}
+// Gradient noise in space with its gradient, as terrain_model::noise::gradient3 computes them. `hash.wgsl` stands before
+// it.
 
 // The edge of a cube that a hash chooses: the component that is 0 by the top half, signs by the lowest bits.
 fn edge(hash: u32) -> vec3<f32> {
@@ -46,7 +27,7 @@ fn gradient_noise(key: vec3<u32>, p: vec3<f32>) -> vec4<f32> {
     for (var corner = 0u; corner < 8u; corner++) {
         let at = vec3<u32>(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
         let far = at == vec3<u32>(1u);
-        let g = edge(hashed(cell + at));
+        let g = edge(hashed3(cell + at));
         let d = t - vec3<f32>(at);
         let height = g.x * d.x + g.y * d.y + g.z * d.z;
         let w = select(1.0 - fade, fade, far);

@@ -17,14 +17,3 @@ struct Tile {
     least_gradient: vec2<f32>,
     greatest_gradient: vec2<f32>,
 }
-
-// Whether every loop of this invocation ran until its condition ended it. A driver may hold all of them together to a number
-// of iterations (Mesa's processor to 65,535) and leave them silently from then on: a loop that still runs `twice` shows that
-// none before it was cut. The count is data, so that no compiler knows how often the loop runs.
-fn whole(twice: u32) -> bool {
-    var ran = 0u;
-    while ran < twice {
-        ran += 1u;
-    }
-    return ran == 2u;
-}

@@ -9,6 +9,7 @@ pub mod encode;
 mod tests;
 
 use crate::context::{Context, ContextError};
+use crate::lattice_hash::HASH;
 use encode::{Encoded, constant, opcodes};
 use std::fmt::Write;
 use terrain_model::bounds::THRESHOLD;
@@ -78,6 +79,7 @@ pub(crate) fn machine(depth: [usize; 2]) -> String {
     }
     [
         text.as_str(),
+        HASH,
         include_str!("../../shaders/program/noise.wgsl"),
         include_str!("../../shaders/program/primitives.wgsl"),
         include_str!("../../shaders/program/curves.wgsl"),
@@ -114,7 +116,8 @@ impl Interpreter {
     /// nothing.
     ///
     /// # Errors
-    /// When the program is deeper than this interpreter or larger than the device binds, or the device fails.
+    /// When the program is deeper than this interpreter or larger than the device binds, its driver ends loops early, or the
+    /// device fails.
     pub fn evaluate(
         &self,
         context: &Context,
@@ -130,7 +133,13 @@ impl Interpreter {
             let inputs = [code, parameters, octaves, images, &at];
             let groups = [part.len().div_ceil(GROUP) as u32, 1];
             let words = context.run_on(&self.kernel, groups, &inputs, 2 * part.len())?;
-            out.extend(words.as_chunks::<2>().0.iter().map(|pair| pair.map(f32::from_bits)));
+            for pair in words.as_chunks::<2>().0 {
+                let [elevation, weight] = pair.map(f32::from_bits);
+                if weight < 0.0 {
+                    return Err(ProgramError::Cut);
+                }
+                out.push([elevation, weight]);
+            }
         }
         Ok(out)
     }

@@ -156,7 +156,7 @@ impl Detail {
     }
     /// Elevation of the displaced surface over a place, metres, without octaves that fade with distance: what a camera must stay
     /// above. The place is approached from its own vertex; where displacement folds the surface it is one of its sheets.
-    pub fn elevation(&self, ground: &Ground, at: [f64; 2]) -> f64 {
+    pub fn elevation_over(&self, ground: &Ground, at: [f64; 2]) -> f64 {
         let sides = ground.sides();
         let vertex =
             |p: [f64; 2]| [0, 1].map(|k| (p[k] / sides[k] * f64::from(SIDE)).clamp(0.0, f64::from(SIDE)) as u32);

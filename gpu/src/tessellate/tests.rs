@@ -218,7 +218,7 @@ fn a_place_is_found_again_below_the_elevation_over_it() {
     let (mut near, mut bare) = (0, 0);
     for k in 0..400 {
         let at = [0, 1].map(|axis| (0.1 + 0.6 * unit_random(k, axis)) * ground.sides()[axis as usize]);
-        let z = detail.elevation(&ground, at);
+        let z = detail.elevation_over(&ground, at);
         // The raster's own elevation (control) is off by the displacement, up to the amplitude.
         let off = |z: f64| {
             let vertex = |d: [f64; 2]| [0, 1].map(|i| ((at[i] + d[i]) / ground.sides()[i] * f64::from(SIDE)) as u32);

@@ -1,23 +1,12 @@
 use super::compare::{compare, prove};
 use super::*;
-use crate::context::required;
+use crate::context::device;
 use glam::{DVec2, DVec3, Vec2};
 use terrain_model::noise::{Combination, Octaves, mix};
 use terrain_model::primitive::disc::{Disc, DiscNoise};
 use terrain_model::program::Program;
 use terrain_model::trace::certified::Effort;
 use terrain_model::tree::{Node, Tree};
-
-fn context() -> Option<Context> {
-    match Context::new(None) {
-        Ok(context) => Some(context),
-        Err(error) if required() => panic!("{error}"),
-        Err(error) => {
-            eprintln!("skipped: {error}");
-            None
-        }
-    }
-}
 
 /// Hills far from the origin, with holes between them.
 fn hills() -> Program {
@@ -54,7 +43,7 @@ const EPSILON: f64 = 0.01;
 
 #[test]
 fn no_certified_hit_is_missed_and_a_third_of_the_bound_misses() {
-    let Some(context) = context() else { return };
+    let Some(context) = device() else { return };
     let program = hills();
     let surface = Surface::new(&program);
     let tiles = Tiles::new(&surface, 16).unwrap();
@@ -81,7 +70,7 @@ fn no_certified_hit_is_missed_and_a_third_of_the_bound_misses() {
 /// However the work is split into dispatches, the answer is the same to the bit; where a driver cuts loops, they are cut here.
 #[test]
 fn no_answer_depends_on_how_far_a_dispatch_goes() {
-    let Some(context) = context() else { return };
+    let Some(context) = device() else { return };
     let program = hills();
     let surface = Surface::new(&program);
     let tiles = Tiles::new(&surface, 12).unwrap();
@@ -99,7 +88,7 @@ fn no_answer_depends_on_how_far_a_dispatch_goes() {
 
 #[test]
 fn elevations_and_gradients_lie_within_the_margins_and_those_a_metre_aside_do_not() {
-    let Some(context) = context() else { return };
+    let Some(context) = device() else { return };
     let program = hills();
     let surface = Surface::new(&program);
     let tiles = Tiles::new(&surface, 16).unwrap();

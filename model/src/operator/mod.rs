@@ -17,7 +17,7 @@ use crate::detail::{Focus, FocusSlot};
 use crate::interval::Interval;
 use crate::primitive::{Extent, Number, Parameters};
 use crate::program::TileLayout;
-use crate::real::{Operand, Real};
+use crate::real::{Operand, Real, apart};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -163,7 +163,7 @@ macro_rules! combines {
             }
             #[inline(always)]
             fn combine<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, x: [R; 2], parts: &[Operand<R>]) -> Operand<R> {
-                match self { $(Operator::$name(code) => code.combine(p, x, parts),)* }
+                match self { $(Operator::$name(code) => apart::<R, _>(#[inline(always)] || code.combine(p, x, parts)),)* }
             }
             fn bounds(&self, p: Parameters<f64>, rule: BlendRule, region: &Region, parts: &[Bounds]) -> Bounds {
                 match self { $(Operator::$name(code) => code.bounds(p, rule, region, parts),)* }
@@ -234,11 +234,11 @@ macro_rules! frames {
             }
             #[inline(always)]
             fn enter<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, x: [R; 2]) -> [R; 2] {
-                match self { $(Map::$name(code) => code.enter(p, x),)* }
+                match self { $(Map::$name(code) => apart::<R, _>(#[inline(always)] || code.enter(p, x)),)* }
             }
             #[inline(always)]
             fn leave<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, a: Operand<R>) -> Operand<R> {
-                match self { $(Map::$name(code) => code.leave(p, a),)* }
+                match self { $(Map::$name(code) => apart::<R, _>(#[inline(always)] || code.leave(p, a)),)* }
             }
             fn enter_region(&self, p: Parameters<f64>, region: &Region) -> Region {
                 match self { $(Map::$name(code) => code.enter_region(p, region),)* }

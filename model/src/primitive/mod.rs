@@ -19,7 +19,7 @@ use crate::detail::FocusSlot;
 use crate::interval::Interval;
 use crate::noise::{Bounds as NoiseBounds, NoiseValue, Octave};
 use crate::program::{Layout, TileLayout};
-use crate::real::Operand;
+use crate::real::{Operand, apart};
 use glam::DVec2;
 use image::{Image, ImageNumber};
 use std::sync::Arc;
@@ -227,7 +227,7 @@ macro_rules! define {
             }
             #[inline(always)]
             fn sample<R: Number, P: Copy + Into<f64>>(&self, p: Parameters<P>, tables: Tables<'_>, x: [R; 2]) -> Operand<R> {
-                match self { $(Code::$name(code) => code.sample(p, tables, x),)* }
+                match self { $(Code::$name(code) => apart::<R, _>(#[inline(always)] || code.sample(p, tables, x)),)* }
             }
             fn weight_range(&self, p: Parameters<f64>, region: &Region) -> Interval {
                 match self { $(Code::$name(code) => code.weight_range(p, region),)* }

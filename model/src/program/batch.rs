@@ -5,6 +5,7 @@ use super::{Cells, Evaluator, Evidence, Program, Pruner, TileProgram};
 use crate::bounds::Region;
 use crate::lanes::Lanes;
 use glam::DVec2;
+use pulp::WithSimd;
 use rayon::prelude::*;
 
 /// Lanes evaluated together.
@@ -32,7 +33,14 @@ impl BatchEvaluator {
     pub fn evaluate(&mut self, tile: &TileProgram, x: &[f32], y: &[f32], elevation: &mut [f32], weight: &mut [f32]) {
         self.evaluator.reach(tile.depth());
         assert!(x.len() == y.len() && x.len() == elevation.len() && x.len() == weight.len());
-        self.arch.dispatch(Batch { evaluator: &mut self.evaluator, text: tile.text(), x, y, elevation, weight });
+        let batch = Batch { evaluator: &mut self.evaluator, text: tile.text(), x, y, elevation, weight };
+        if cfg!(debug_assertions) {
+            // The machine is compiled once for each instruction set, all formulas inlined. Every set gives the same bits, so a build
+            // for tests has one of them.
+            batch.with_simd(pulp::Scalar::new());
+        } else {
+            self.arch.dispatch(batch);
+        }
     }
 }
 

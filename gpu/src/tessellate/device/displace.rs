@@ -13,6 +13,7 @@ use wgpu::BufferUsages;
 
 /// The kernel. Twin: [`Surface::point`].
 pub const DISPLACE: &str = concat!(
+    include_str!("../../../shaders/hash.wgsl"),
     include_str!("../../../shaders/tessellate/noise.wgsl"),
     include_str!("../../../shaders/tessellate/displace.wgsl")
 );

@@ -3,7 +3,7 @@
 use super::TessellateError;
 use super::displace::{DISPLACE, Displacer, VERTICES, lattice_vertices};
 use super::refine::{ADVANCE, Capacity, REFINE, Refiner};
-use crate::context::{Context, choose, required};
+use crate::context::device;
 use crate::program::conformance::DEVICE;
 use crate::tessellate::census::Census;
 use crate::tessellate::decision::{Decision, Pyramid};
@@ -18,17 +18,6 @@ use terrain_model::rounding::Rounded;
 
 const CAMERAS: u32 = 20;
 const ROOM: Capacity = Capacity { list: 1 << 15, leaves: 1 << 16 };
-
-fn device() -> Option<Context> {
-    match choose(None).and_then(|adapter| Context::on(&adapter)) {
-        Ok(context) => Some(context),
-        Err(error) => {
-            assert!(!required(), "TERRAIN_REQUIRE_GPU=1: {error}");
-            eprintln!("skipped: {error}");
-            None
-        }
-    }
-}
 
 /// Leaves that no rounding gives, and leaves that every rounding gives but are not there.
 fn wrong(decision: &Decision<'_>, found: &[Triangle], cull: bool) -> usize {
