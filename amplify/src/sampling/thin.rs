@@ -90,21 +90,27 @@ impl Thinning {
             GOES => return false,
             _ => {}
         }
-        let all = self.candidates.items();
-        let own = all[k];
-        let near = |other: &Candidate| other.position.distance_squared(own.position) < self.squared;
-        let squares = self
-            .beside(own.position.y, 1)
-            .flat_map(|y| self.beside(own.position.x, 0).map(move |x| y * self.columns[0] + x));
-        let mut earlier = squares.flat_map(|square| {
-            self.candidates
-                .range(square)
-                .take_while(|&other| all[other].rank < own.rank)
-                .filter(|&other| near(&all[other]))
-        });
-        let goes = earlier.any(|other| self.stays(other));
+        let goes = self.meets_one_that_stays(&self.candidates.items()[k]);
         self.decided[k].store(if goes { GOES } else { STAYS }, Ordering::Relaxed);
         !goes
+    }
+    /// Does an earlier one that stays lie nearer than the spacing?
+    fn meets_one_that_stays(&self, own: &Candidate) -> bool {
+        let all = self.candidates.items();
+        let [columns, rows] = [self.beside(own.position.x, 0), self.beside(own.position.y, 1)];
+        for y in rows {
+            for x in columns.clone() {
+                for other in self.candidates.range(y * self.columns[0] + x) {
+                    if all[other].rank >= own.rank {
+                        break;
+                    }
+                    if all[other].position.distance_squared(own.position) < self.squared && self.stays(other) {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
     }
 }
 
