@@ -148,7 +148,7 @@ pub struct Operand<R> {
 }
 
 /// `f` as it is, and of numbers that enclose in a function of its own: formulas on them are long, and inlined into one loop with all
-/// others they would take the compiler minutes. Lanes must be inlined to be compiled for the instruction set of the loop.
+/// others they cost the compiler a fifth of its time. Lanes must be inlined to be compiled for the instruction set of the loop.
 #[inline(always)]
 pub(crate) fn apart<R: Real, T>(f: impl FnOnce() -> T) -> T {
     #[inline(never)]
