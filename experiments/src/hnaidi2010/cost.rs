@@ -60,7 +60,7 @@ fn exponent(points: &[(f64, f64)]) -> f64 {
 fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     let counts = [1usize, 2, 4, 8, 16, 32, 64, 128, 256, 512];
     let (fixed, sides): (usize, &[usize]) =
-        ctx.profile.pick((257, &[129, 257, 513]), (1025, &[129, 257, 513, 1025, 2049]));
+        ctx.profile.pick((257, &[129, 257, 513, 1025]), (1025, &[129, 257, 513, 1025, 2049]));
     let curves = random(ctx.seed_for("curves"), 512, Kind::Ridges).map_err(ExperimentError::failed)?;
     let mut outcome = Outcome::new(Verdict::Reproduced);
     let progress = ctx.progress("solves", (SOLVERS.len() * (counts.len() + sides.len())) as u64);

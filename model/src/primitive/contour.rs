@@ -205,7 +205,7 @@ impl Authored for Contour {
             return Err("a contour holds at most 65535 rays, each of at most 32767 knots".to_owned());
         };
         let mut code = Code { at: 0, rays: count, pieces };
-        let slopes = code.support_slopes(&parameters);
+        let slopes = out.certified.slopes(&code, &parameters, || code.support_slopes(&parameters).to_vec());
         parameters[6..8].copy_from_slice(&slopes);
         code.at = out.store(parameters);
         Ok(code)

@@ -151,7 +151,8 @@ impl Authored for Curve {
         parameters.extend(skeleton::parameters(&stretches, *radius, *joint));
         parameters.extend(section_parameters);
         let mut code = Code { at: 0, arcs: stretches.len() as u16, sections };
-        for (run, slope) in code.slopes(&parameters, *joint).into_iter().enumerate() {
+        let slopes = out.certified.slopes(&code, &parameters, || code.slopes(&parameters, *joint));
+        for (run, slope) in slopes.into_iter().enumerate() {
             parameters[WIDTH + skeleton::slope_of_run(run)] = slope;
         }
         code.at = out.store(parameters);

@@ -1,7 +1,7 @@
 //! Tree → program: checks every node, derives what is costly at run time, concatenates consecutive affines.
 
 use super::layout::depth;
-use super::{Instruction, Layout, Program};
+use super::{Certified, Instruction, Layout, Program};
 use crate::operator::affine::Similarity;
 use crate::operator::{Map, Operator, add, blend, replace};
 use crate::primitive::{Authored, Code};
@@ -35,7 +35,14 @@ impl Program {
     /// # Errors
     /// When a node's parameters are out of range, or instances multiply past 2²² instructions.
     pub fn compile(tree: &Tree, root: NodeId) -> Result<Program, CompileError> {
-        let (code, layout) = (Vec::new(), Layout::default());
+        Program::compile_with(tree, root, &Certified::default())
+    }
+    /// [`Program::compile`], the same to the bit, that certifies no slope again which `certified` knows and tells it the others.
+    ///
+    /// # Errors
+    /// As [`Program::compile`].
+    pub fn compile_with(tree: &Tree, root: NodeId, certified: &Certified) -> Result<Program, CompileError> {
+        let (code, layout) = (Vec::new(), Layout { certified: certified.clone(), ..Layout::default() });
         let mut compiler = Compiler { tree, code, layout, placed: vec![None; tree.len()] };
         compiler.emit(root)?;
         let Compiler { code, layout, .. } = compiler;

@@ -1,6 +1,6 @@
 //! Where compiling puts what instructions refer to: parameters and tables.
 
-use super::Instruction;
+use super::{Certified, Instruction};
 use crate::noise::{Bounds as NoiseBounds, Octave};
 use crate::operator::Combine;
 use crate::primitive::image::Image;
@@ -28,6 +28,7 @@ pub struct Layout {
     pub(crate) octaves: Vec<Octave<2>>,
     pub(crate) noises: Vec<NoiseBounds>,
     pub(crate) images: Vec<Arc<Image>>,
+    pub(crate) certified: Certified,
 }
 
 impl Layout {

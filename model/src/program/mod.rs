@@ -3,6 +3,7 @@
 mod batch;
 mod bounds;
 mod cells;
+mod certified;
 mod compile;
 mod focus;
 mod layout;
@@ -14,6 +15,7 @@ mod tile;
 pub use batch::{Baked, BatchEvaluator, WIDTH};
 pub use bounds::BoundsEvaluator;
 pub use cells::Cells;
+pub use certified::Certified;
 pub use compile::CompileError;
 pub use layout::{Layout, TileLayout};
 pub use prune::{Evidence, Pruner};

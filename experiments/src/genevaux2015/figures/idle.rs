@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use terrain_model::bounds::THRESHOLD;
-use terrain_model::program::{Evaluator, Program};
+use terrain_model::program::{Certified, Evaluator, Program};
 use terrain_model::tree::{Node, NodeId, Tree};
 
 /// A point of the ground that a pixel shows.
@@ -91,7 +91,11 @@ pub fn changes(
     focus: impl Fn(Program) -> Program + Sync,
     seen: &[Seen],
 ) -> Result<Vec<u64>, String> {
-    let compile = |tree: &Tree, root| Program::compile(tree, root).map(&focus).map_err(|error| error.to_string());
+    // What stays is certified once.
+    let certified = Certified::default();
+    let compile = |tree: &Tree, root| {
+        Program::compile_with(tree, root, &certified).map(&focus).map_err(|error| error.to_string())
+    };
     let whole = compile(tree, root)?;
     let heights = |program: &Program, points: &mut dyn Iterator<Item = &Seen>| -> Vec<(f64, f64)> {
         let mut evaluator = Evaluator::new(program);
