@@ -1,7 +1,7 @@
 //! Editing by hand (Paris 2019 §3.2, §8.2): strokes of primitives that extrude and intrude, kept to a painted region and a
 //! volume, undone and redone; each says which box it has changed, so that a mesh is mended there alone.
 
-use crate::field::{Box3, Density};
+use crate::field::{Box3, Density, THRESHOLD};
 use crate::implicit::index::Index;
 use crate::implicit::primitive::Primitive;
 use crate::implicit::skeleton::Skeleton;
@@ -156,9 +156,17 @@ pub struct Limits {
     pub region: Option<Grid<f32>>,
     /// A box.
     pub volume: Option<Box3>,
+    /// A solid: a primitive stays where its centre is in the rock.
+    pub solid: Option<Volume>,
 }
 
 impl Limits {
+    /// What of a box the limits' own boxes leave.
+    #[must_use]
+    pub fn meet(&self, region: &Box3) -> Box3 {
+        let within = self.volume.map_or(*region, |volume| region.meet(&volume));
+        self.solid.as_ref().map_or(within, |solid| within.meet(&solid.support()))
+    }
     /// May a primitive stand here?
     pub fn allow(&self, p: DVec3) -> bool {
         let painted = self.region.as_ref().is_none_or(|grid| {
@@ -166,7 +174,8 @@ impl Limits {
             let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < grid.width() as f64 && at.y < grid.height() as f64;
             inside && grid.values()[at.y as usize * grid.width() + at.x as usize] > 0.0
         });
-        painted && self.volume.is_none_or(|volume| volume.contains(p))
+        let boxed = self.volume.is_none_or(|volume| volume.contains(p));
+        painted && boxed && self.solid.as_ref().is_none_or(|solid| solid.value(p) > THRESHOLD)
     }
 }
 
@@ -337,7 +346,7 @@ mod tests {
         let region = Grid::new(DVec2::new(100.0, -10.0), DVec2::splat(10.0), 4, 4, values).unwrap();
         let volume = Box3::new(DVec3::new(100.0, -10.0, -1.0), DVec3::new(150.0, 50.0, 1.0));
         let mut sculpture = Sculpture::new(Volume::AIR);
-        sculpture.limit(Limits { region: Some(region), volume: Some(volume) });
+        sculpture.limit(Limits { region: Some(region), volume: Some(volume), solid: None });
         sculpture.draw(stroke(Tool::Extrude, 3)).unwrap();
         let all = stroke(Tool::Extrude, 3).primitives().unwrap().len();
         let kept = sculpture.primitives();

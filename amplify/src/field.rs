@@ -83,6 +83,9 @@ impl DensityBounds {
     pub const ZERO: DensityBounds = DensityBounds { range: Interval::ZERO, slope: 0.0 };
 }
 
+/// What is done with z ↦ f(x, y, z).
+pub type WithVertical<'a> = dyn FnMut(&dyn Fn(f64) -> f64) + 'a;
+
 /// A field f: R³ → R, rock where f exceeds [`THRESHOLD`] (Paris 2019 §5).
 pub trait Density: Clone + Send + Sync {
     /// f at `p`.
@@ -104,6 +107,11 @@ pub trait Density: Clone + Send + Sync {
     /// Is it bare ground, so that a value is a look-up of an elevation or the distance to a wall?
     fn is_bare(&self) -> bool {
         false
+    }
+    /// Calls `f` once with z ↦ f(x, y, z), the numbers that [`Density::value`] gives: what depends on x and y alone is then
+    /// computed once.
+    fn along_z(&self, [x, y]: [f64; 2], f: &mut WithVertical<'_>) {
+        f(&|z| self.value(DVec3::new(x, y, z)));
     }
     /// f at the corners of a block: `out[(k·ny + j)·nx + i]` is `f(x[i], y[j], z[k])`, the numbers that [`Density::value`]
     /// gives.

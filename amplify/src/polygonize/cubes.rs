@@ -1,11 +1,23 @@
 //! Cubes: values at the corners of a group, the triangles of a crossed cube, and the vertex on a crossed edge.
 
-use super::pieces::key;
-use super::root::bracket;
+use super::pieces::local;
+use super::root::{Root, bracket};
 use super::table::{EDGES, TRIANGLES};
 use super::{Block, GROUP, Polygonizer, Report};
 use crate::field::{Density, THRESHOLD};
 use glam::DVec3;
+
+/// From the edge along x at a cube's lowest corner to each of its edges, as the builder numbers them.
+const STEPS: [u16; 12] = {
+    let mut steps = [0; 12];
+    let mut e = 0;
+    while e < 12 {
+        let low = EDGES[e][0];
+        steps[e] = local([low & 1, low >> 1 & 1, low >> 2], e / 4);
+        e += 1;
+    }
+    steps
+};
 
 impl<F: Density> Polygonizer<'_, F> {
     /// The cubes of one group. Where all of it is `rock` only the lattice's border is left to be made a wall.
@@ -30,7 +42,9 @@ impl<F: Density> Polygonizer<'_, F> {
                 block.report.corner_evaluations += values.len() as u64;
             }
         }
-        self.border(low, counts, values);
+        if self.at_border(low, high) {
+            self.border(low, counts, values);
+        }
         let [nx, ny, nz] = counts;
         let near = [0, 1, nx, nx + 1].map(|c| [c, c + nx * ny]);
         // Which corners of a row are rock, a bit each.
@@ -49,7 +63,8 @@ impl<F: Density> Polygonizer<'_, F> {
                     crossed &= crossed - 1;
                     let first = (z * ny + y) * nx + x;
                     let corner = |c: usize| values[first + near[c & 3][c >> 2]];
-                    self.cell(field, rock, [low[0] + x, low[1] + y, low[2] + z], std::array::from_fn(corner), block);
+                    let at = [low[0] + x, low[1] + y, low[2] + z];
+                    self.cell(field, rock, at, std::array::from_fn(corner), block);
                 }
             }
         }
@@ -57,11 +72,6 @@ impl<F: Density> Polygonizer<'_, F> {
 
     /// Air at the corners of a filled group that are on the lattice's border.
     fn border(&self, low: [usize; 3], counts: [usize; 3], values: &mut [f64]) {
-        let cells = self.lattice.cells();
-        let at_border = |axis: usize| low[axis] == 0 || low[axis] + counts[axis] > cells[axis];
-        if !(0..3).any(at_border) {
-            return;
-        }
         for (k, value) in values.iter_mut().enumerate() {
             let at = [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])];
             if self.lattice.on_border(std::array::from_fn(|axis| low[axis] + at[axis])) {
@@ -94,18 +104,16 @@ impl<F: Density> Polygonizer<'_, F> {
         if rock == 0 || rock == 255 {
             return;
         }
+        let first = block.builder.edge(at, 0);
         for axis in 0..3 {
             let other = 1 << axis;
             if (rock ^ (rock >> other)) & 1 == 1 {
                 let ends = [corners[0], corners[other]];
                 let [position, normal] = self.vertex(field, solid, at, axis, ends, &mut block.report);
-                block.builder.vertex(at, axis, position, normal);
+                block.builder.vertex(first + axis as u16, position, normal);
             }
         }
-        let edge = |e: u8| {
-            let (e, low) = (usize::from(e), EDGES[usize::from(e)][0]);
-            key([at[0] + (low & 1), at[1] + (low >> 1 & 1), at[2] + (low >> 2)], e / 4)
-        };
+        let edge = |e: u8| first + STEPS[usize::from(e)];
         TRIANGLES[rock].iter().for_each(|t| block.builder.triangle(t.map(edge)));
     }
 
@@ -120,7 +128,6 @@ impl<F: Density> Polygonizer<'_, F> {
         report: &mut Report,
     ) -> [DVec3; 2] {
         let out = if ends[1] > THRESHOLD { -DVec3::AXES[axis] } else { DVec3::AXES[axis] };
-        let value = |share: f64| field.value(self.lattice.on_edge(at, axis, share));
         let mut ends = ends;
         let mut values = 0;
         // An end on the border counts as air; only there can it be rock for the field.
@@ -130,14 +137,24 @@ impl<F: Density> Polygonizer<'_, F> {
             if solid {
                 return wall;
             }
-            ends[end] = value(end as f64);
+            ends[end] = field.value(self.lattice.on_edge(at, axis, end as f64));
             values = 1;
             if ends[end] > THRESHOLD {
                 *(if field.is_bare() { &mut report.lookups } else { &mut report.root_evaluations }) += values;
                 return wall;
             }
         }
-        let root = bracket(ends, self.tolerance / self.lattice.spacing(), value);
+        let width = self.tolerance / self.lattice.spacing();
+        let root = if axis == 2 {
+            let [x, y] = [0, 1].map(|axis| self.lattice.coordinate(axis, at[axis], 0.0));
+            let mut root = Root { share: 0.0, values: 0 };
+            field.along_z([x, y], &mut |value| {
+                root = bracket(ends, width, |share| value(self.lattice.coordinate(2, at[2], share)));
+            });
+            root
+        } else {
+            bracket(ends, width, |share| field.value(self.lattice.on_edge(at, axis, share)))
+        };
         values += root.values;
         *(if field.is_bare() { &mut report.lookups } else { &mut report.root_evaluations }) += values;
         let p = self.lattice.on_edge(at, axis, root.share);

@@ -95,15 +95,16 @@ impl<'a, F: Density> Polygonizer<'a, F> {
             let blocks = nx.div_ceil(BLOCK) * ny.div_ceil(BLOCK);
             let made: Vec<_> = (0..blocks)
                 .into_par_iter()
-                .map(|k| {
+                .map_init(Block::default, |block, k| {
                     let across = nx.div_ceil(BLOCK);
                     let at = [k % across * BLOCK, k / across * BLOCK, low];
-                    let mut block = Block { builder: Builder::new(at), report: Report::default() };
+                    block.builder.begin(at);
                     self.each_group(at, |group| {
                         let value = |[x, y, z]: [usize; 3]| layers[z - low][y * (nx + 1) + x];
-                        self.group(self.field, group, value, &mut block);
+                        self.group(self.field, group, value, block);
                     });
-                    block.finish()
+                    let piece = block.builder.finish();
+                    (std::mem::take(&mut block.report), piece.into_iter().collect())
                 })
                 .collect();
             total.take(made);
@@ -154,15 +155,12 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         let counts: [usize; 3] = std::array::from_fn(|axis| high[axis].div_ceil(TOP) - from[axis]);
         (0..counts.iter().product())
             .into_par_iter()
-            .flat_map_iter(|k: usize| {
+            .map_init(Block::default, |block, k: usize| {
                 let at = [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])];
                 let at = std::array::from_fn(|axis| (from[axis] + at[axis]) * TOP);
-                let mut made = Vec::new();
-                let mut report = Report::default();
-                self.descend(self.field, at, TOP, [low, high], &mut made, &mut report);
-                // What was proved empty has no piece.
-                made.push((report, None));
-                made
+                let mut pieces = Vec::new();
+                self.descend(self.field, at, TOP, [low, high], block, &mut pieces);
+                (std::mem::take(&mut block.report), pieces)
             })
             .collect()
     }
@@ -178,15 +176,18 @@ impl<'a, F: Density> Polygonizer<'a, F> {
 
     /// What of `field` is left over a box of cubes, and whether that is all rock: unless there is no surface in it.
     fn undecided(&self, field: &F, low: [usize; 3], side: usize, report: &mut Report) -> Option<(F, bool)> {
-        let cells = self.lattice.cells();
         let high = self.clipped(low, side);
-        let at_border = (0..3).any(|axis| low[axis] == 0 || high[axis] == cells[axis]);
         let (bounds, rest) = field.narrow(&self.lattice.region(low, high));
         report.enclosures += 1;
         let range = bounds.range;
         let rock = range.lo() > THRESHOLD;
         // Rock at the border still has a wall there.
-        (range.hi() > THRESHOLD && (!rock || at_border)).then_some((rest, rock))
+        (range.hi() > THRESHOLD && (!rock || self.at_border(low, high))).then_some((rest, rock))
+    }
+
+    /// Does a box of cubes reach the lattice's border?
+    fn at_border(&self, low: [usize; 3], high: [usize; 3]) -> bool {
+        (0..3).any(|axis| low[axis] == 0 || high[axis] == self.lattice.cells()[axis])
     }
 
     /// The eighths of a box of cubes that are in the lattice.
@@ -204,23 +205,23 @@ impl<'a, F: Density> Polygonizer<'a, F> {
         low: [usize; 3],
         side: usize,
         within: [[usize; 3]; 2],
-        made: &mut Vec<Made>,
-        report: &mut Report,
+        block: &mut Block,
+        pieces: &mut Vec<(u64, Piece)>,
     ) {
         let [from, to] = within;
         if (0..3).any(|axis| low[axis] + side <= from[axis] || low[axis] >= to[axis]) {
             return;
         }
-        let Some((field, _)) = self.undecided(field, low, side, report) else { return };
+        let Some((field, _)) = self.undecided(field, low, side, &mut block.report) else { return };
         if side > BLOCK {
             for at in self.eighths(low, side) {
-                self.descend(&field, at, side / 2, within, made, report);
+                self.descend(&field, at, side / 2, within, block, pieces);
             }
             return;
         }
-        let mut block = Block { builder: Builder::new(low), report: Report::default() };
-        self.groups(&field, low, side, &mut block);
-        made.push(block.finish());
+        block.builder.begin(low);
+        self.groups(&field, low, side, block);
+        pieces.extend(block.builder.finish());
     }
 
     /// The groups of cubes within a box that may hold the surface.
@@ -257,26 +258,21 @@ impl<'a, F: Density> Polygonizer<'a, F> {
     }
 }
 
-/// A block in the making.
+/// A block in the making, and what making it and those before it has cost.
+#[derive(Default)]
 struct Block {
     builder: Builder,
     report: Report,
 }
 
-/// What making a block has cost, and the piece that came of it.
-type Made = (Report, Option<(u64, Piece)>);
-
-impl Block {
-    fn finish(self) -> Made {
-        (self.report, self.builder.finish())
-    }
-}
+/// Pieces by their keys, and what making them has cost.
+type Made = (Report, Vec<(u64, Piece)>);
 
 impl Pieces {
     fn take(&mut self, made: Vec<Made>) {
-        for (report, piece) in made {
+        for (report, pieces) in made {
             self.report = self.report.plus(report);
-            self.pieces.extend(piece);
+            self.pieces.extend(pieces);
         }
     }
 }

@@ -33,58 +33,87 @@ pub(super) struct Piece {
     triangles: Vec<[u32; 3]>,
     /// Vertices on the block's low faces, by edge: those that other blocks name.
     seam: Vec<(u64, u32)>,
-    /// Edges of other blocks.
+    /// Edges of other blocks, each once.
     elsewhere: Vec<u64>,
 }
 
-/// Gathers a piece: vertices and triangles by edge, then named by number.
+/// Lattice edges along a side of a block, its far face included.
+const SIDE: usize = BLOCK + 1;
+
+/// An edge by its lower corner, counted from its block's lowest, and its axis; those at 16 are another block's. Numbers
+/// ascend as keys do.
+pub(super) const fn local([x, y, z]: [usize; 3], axis: usize) -> u16 {
+    (((z * SIDE + y) * SIDE + x) * 3 + axis) as u16
+}
+
+/// Gathers the piece of one block after another: vertices and triangles by edge, then named by number.
 pub(super) struct Builder {
     low: [usize; 3],
-    /// Number of the vertex on each edge of the block.
+    /// What names each edge; `u32::MAX` between blocks.
     numbers: Vec<u32>,
+    /// The edge of each vertex.
+    edges: Vec<u16>,
     vertices: Vec<[DVec3; 2]>,
-    seam: Vec<(u64, u32)>,
-    triangles: Vec<[u64; 3]>,
+    triangles: Vec<[u16; 3]>,
+}
+
+impl Default for Builder {
+    fn default() -> Builder {
+        let numbers = vec![u32::MAX; 3 * SIDE * SIDE * SIDE];
+        Builder { low: [0; 3], numbers, edges: Vec::new(), vertices: Vec::new(), triangles: Vec::new() }
+    }
 }
 
 impl Builder {
-    pub(super) fn new(low: [usize; 3]) -> Builder {
-        Builder { low, numbers: Vec::new(), vertices: Vec::new(), seam: Vec::new(), triangles: Vec::new() }
+    /// The block whose lowest corner is `low` comes next.
+    pub(super) fn begin(&mut self, low: [usize; 3]) {
+        self.low = low;
     }
-    pub(super) fn vertex(&mut self, at: [usize; 3], axis: usize, position: DVec3, normal: DVec3) {
-        if self.numbers.is_empty() {
-            self.numbers = vec![u32::MAX; 3 * BLOCK * BLOCK * BLOCK];
-        }
-        let number = self.vertices.len() as u32;
-        let local: [usize; 3] = std::array::from_fn(|k| at[k] - self.low[k]);
-        self.numbers[((local[2] * BLOCK + local[1]) * BLOCK + local[0]) * 3 + axis] = number;
+    pub(super) fn edge(&self, at: [usize; 3], axis: usize) -> u16 {
+        local(std::array::from_fn(|k| at[k] - self.low[k]), axis)
+    }
+    pub(super) fn vertex(&mut self, edge: u16, position: DVec3, normal: DVec3) {
+        self.numbers[usize::from(edge)] = self.vertices.len() as u32;
+        self.edges.push(edge);
         self.vertices.push([position, normal]);
-        if local.contains(&0) {
-            self.seam.push((key(at, axis), number));
-        }
     }
-    pub(super) fn triangle(&mut self, edges: [u64; 3]) {
+    pub(super) fn triangle(&mut self, edges: [u16; 3]) {
         self.triangles.push(edges);
     }
     /// The piece with its key, if anything is in it.
-    pub(super) fn finish(mut self) -> Option<(u64, Piece)> {
+    pub(super) fn finish(&mut self) -> Option<(u64, Piece)> {
         if self.triangles.is_empty() && self.vertices.is_empty() {
             return None;
         }
-        self.seam.sort_unstable();
-        let mut elsewhere = Vec::new();
-        let block = key(self.low, 0);
-        let mut number = |edge: u64| {
-            if block_of(edge) == block {
-                let at = |shift: u32| (edge >> shift) as usize & (BLOCK - 1);
-                let axis = (edge & 3) as usize;
-                return self.numbers[((at(42) * BLOCK + at(22)) * BLOCK + at(2)) * 3 + axis];
+        let (low, numbers) = (self.low, &mut self.numbers);
+        let place = |edge: u16| {
+            let (corner, axis) = (usize::from(edge) / 3, usize::from(edge) % 3);
+            ([corner % SIDE, corner / SIDE % SIDE, corner / (SIDE * SIDE)], axis)
+        };
+        let whole = |edge: u16| {
+            let (at, axis) = place(edge);
+            key(std::array::from_fn(|k| low[k] + at[k]), axis)
+        };
+        let of_seam = self.edges.iter().zip(0..).filter(|(edge, _)| place(**edge).0.contains(&0));
+        let mut seam: Vec<(u64, u32)> = of_seam.map(|(&edge, number)| (whole(edge), number)).collect();
+        seam.sort_unstable();
+        let mut others: Vec<u16> = Vec::new();
+        let mut number = |edge: u16| {
+            let number = &mut numbers[usize::from(edge)];
+            if *number == u32::MAX {
+                *number = ELSEWHERE | others.len() as u32;
+                others.push(edge);
             }
-            elsewhere.push(edge);
-            ELSEWHERE | (elsewhere.len() - 1) as u32
+            *number
         };
         let triangles = self.triangles.iter().map(|edges| edges.map(&mut number)).collect();
-        Some((block, Piece { vertices: self.vertices, triangles, seam: self.seam, elsewhere }))
+        let elsewhere = others.iter().map(|&edge| whole(edge)).collect();
+        self.edges.iter().chain(&others).for_each(|&edge| numbers[usize::from(edge)] = u32::MAX);
+        let vertices = self.vertices.clone();
+        self.edges.clear();
+        self.vertices.clear();
+        self.triangles.clear();
+        Some((key(low, 0), Piece { vertices, triangles, seam, elsewhere }))
     }
 }
 
@@ -128,8 +157,12 @@ impl Pieces {
             firsts.push(first);
             first += piece.vertices.len() as u32;
         }
-        let find = |edge: u64| {
-            let block = blocks.binary_search(&block_of(edge)).ok()?;
+        // Edges of one block come in runs.
+        let find = |edge: u64, last: &mut usize| {
+            if blocks.get(*last) != Some(&block_of(edge)) {
+                *last = blocks.binary_search(&block_of(edge)).ok()?;
+            }
+            let block = *last;
             let seam = &pieces[block].seam;
             let at = seam.binary_search_by_key(&edge, |vertex| vertex.0).ok()?;
             Some(firsts[block] + seam[at].1)
@@ -150,7 +183,8 @@ impl Pieces {
                     positions[k] = position.to_array();
                     normals[k] = normal.to_array();
                 }
-                let elsewhere: Option<Vec<u32>> = piece.elsewhere.iter().map(|&edge| find(edge)).collect();
+                let mut last = 0;
+                let elsewhere: Option<Vec<u32>> = piece.elsewhere.iter().map(|&edge| find(edge, &mut last)).collect();
                 let Some(elsewhere) = elsewhere else { return false };
                 let number = |corner: u32| {
                     if corner < ELSEWHERE { first + corner } else { elsewhere[(corner - ELSEWHERE) as usize] }

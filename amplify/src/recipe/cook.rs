@@ -10,7 +10,7 @@ use crate::implicit::heightfield::{HeightfieldError, Implicitisation};
 use crate::implicit::index::Index;
 use crate::implicit::primitive::Primitive;
 use crate::implicit::surface::Surface;
-use crate::implicit::volume::Volume;
+use crate::implicit::volume::{Volume, file};
 use crate::landform::ParameterError;
 use crate::landform::canyon::Canyon;
 use crate::landform::ground::scatter;
@@ -192,14 +192,26 @@ fn geology(name: &str, pantry: &mut dyn Pantry) -> Result<Geology, RecipeError> 
 }
 
 fn limits(k: usize, entry: &Entry, pantry: &mut dyn Pantry) -> Result<Limits, RecipeError> {
-    let mask =
-        |name: &String| pantry.raster(name).map_err(|problem| RecipeError::Source { name: name.clone(), problem });
-    let region = entry.mask.as_ref().map(mask).transpose()?;
+    let source = |name: &str, problem: String| RecipeError::Source { name: name.to_owned(), problem };
+    let region = match &entry.mask {
+        Some(name) => Some(pantry.raster(name).map_err(|problem| source(name, problem))?),
+        None => None,
+    };
+    let solid = match &entry.inside {
+        Some(name) => {
+            let text = pantry.text(name).map_err(|problem| source(name, problem))?;
+            let tree = file::parse(&text).map_err(|error| source(name, error.to_string()))?;
+            Some(tree.build(&mut |raster| pantry.raster(raster)).map_err(|error| source(name, error.to_string()))?)
+        }
+        None => None,
+    };
     let volume = entry.within.map(|[low, high]| Box3 { low: DVec3::from(low), high: DVec3::from(high) });
-    match volume {
-        Some(Box3 { low, high }) if !low.cmplt(high).all() => Err(RecipeError::Within { entry: k, low, high }),
-        volume => Ok(Limits { region, volume }),
+    if let Some(Box3 { low, high }) = volume
+        && !low.cmplt(high).all()
+    {
+        return Err(RecipeError::Within { entry: k, low, high });
     }
+    Ok(Limits { region, volume, solid })
 }
 
 /// The terrain while it is made.
@@ -261,7 +273,7 @@ impl Terrain<'_> {
     fn region(&self, [low, high]: [f64; 2], limits: &Limits) -> Box3 {
         let [from, to] = self.surface.ground();
         let all = Box3 { low: from.extend(low), high: to.extend(high) };
-        limits.volume.map_or(all, |volume| all.meet(&volume))
+        limits.meet(&all)
     }
 
     fn erode(
@@ -301,7 +313,7 @@ impl Terrain<'_> {
         let margin = 2.0 * self.surface.radius() + karst.radius[0].max(karst.radius[1]);
         let low = (from + margin).extend(self.floor + margin);
         let domain = Box3 { low, high: (to - margin).extend(self.surface.elevations().hi()) };
-        let domain = limits.volume.map_or(domain, |volume| domain.meet(&volume));
+        let domain = limits.meet(&domain);
         let inside = |p: DVec3| {
             let [height, _] = self.surface.column::<f64>([p.x, p.y]);
             p.z < height && limits.allow(p)

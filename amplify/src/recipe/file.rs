@@ -43,6 +43,9 @@ pub struct Entry {
     /// A box, lower and upper corner, outside of which nothing is placed.
     #[serde(default)]
     pub within: Option<[(f64, f64, f64); 2]>,
+    /// A construction tree (terrain-volume/1): primitives stay where their centre is in its rock.
+    #[serde(default)]
+    pub inside: Option<String>,
     /// The most primitives; the first of them stay.
     #[serde(default)]
     pub limit: Option<usize>,
@@ -51,7 +54,7 @@ pub struct Entry {
 impl Entry {
     /// A landform wherever it can be.
     pub fn of(make: Landform) -> Entry {
-        Entry { make, mask: None, within: None, limit: None }
+        Entry { make, mask: None, within: None, inside: None, limit: None }
     }
 }
 

@@ -11,6 +11,7 @@ mod water;
 pub use cook::{Amplified, Made, Pantry, RecipeError, amplify};
 pub use file::{Entry, FORMAT, Recipe, RecipeSyntax};
 pub use maps::{Maps, coverage};
+pub use water::accessible;
 
 use crate::brush::Stroke;
 use crate::landform::arch::Arch;

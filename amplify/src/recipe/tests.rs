@@ -19,7 +19,12 @@ fn coast() -> Grid<f32> {
     Grid::new(DVec2::ZERO, DVec2::ONE, 121, 121, (0..121 * 121).map(height).collect()).unwrap()
 }
 
-/// Files of one raster that paints the western half, and of no text.
+/// A ball in the cliff.
+const BALL: &str = r#"(format: "terrain-volume/1", volume: primitives([
+    (skeleton: sphere(centre: (60, 60, 0), radius: 18), radius: 2, energy: 1),
+]))"#;
+
+/// Files of one raster that paints the western half, and of one tree.
 struct Half;
 
 impl Pantry for Half {
@@ -30,8 +35,12 @@ impl Pantry for Half {
         let values = (0..121 * 121).map(|k| f32::from(u8::from(k % 121 < 60))).collect();
         Ok(Grid::new(DVec2::ZERO, DVec2::ONE, 121, 121, values).unwrap())
     }
-    fn text(&mut self, _: &str) -> Result<String, String> {
-        Err("no such file".to_owned())
+    fn text(&mut self, name: &str) -> Result<String, String> {
+        match name {
+            "ball.ron" => Ok(BALL.to_owned()),
+            "broken.ron" => Ok(BALL.replace("sphere", "spere")),
+            _ => Err("no such file".to_owned()),
+        }
     }
 }
 
@@ -146,4 +155,30 @@ fn what_is_wrong_is_named_before_anything_is_made() {
     );
     let error = amplify(&coast(), &sunk, &mut Half, 0, |_, _| ()).unwrap_err();
     assert_eq!(error.to_string(), "landform 1: sea: steps is 1000, expected 1 to 100 (no unit)");
+}
+
+#[test]
+fn primitives_stay_in_the_rock_of_a_tree() {
+    let text = |inside: &str| {
+        let sea = r#"make: sea(reach: 5, openness: 12, erosion: (spacing: 2, radius: 4, steps: 2))"#;
+        let karst = r#"make: karst(percolation: (sites: 300, spacing: 2, threshold: 2, sinks: [(60, 62, 2)]))"#;
+        let head = r#"format: "terrain-recipe/1", geology: "horizontal_strata", floor: -40"#;
+        format!("({head}, landforms: [({sea}{inside}), ({karst}{inside})])")
+    };
+    let off = |made: &Amplified| {
+        let middle = |one: &crate::implicit::primitive::Primitive| {
+            let support = one.support();
+            (support.low + support.high) * 0.5
+        };
+        // The ball's rock ends less than its radius of influence outside it.
+        made.index.primitives().iter().filter(|one| middle(one).distance(DVec3::new(60.0, 60.0, 0.0)) > 20.0).count()
+    };
+    let ball = cooked(&text(r#", inside: "ball.ron""#), 2, 5).unwrap();
+    assert!(off(&ball) == 0 && ball.made.iter().all(|made| made.primitives > 10), "{:?}", ball.made);
+    // Control: without the tree they are all over the coast.
+    assert!(off(&cooked(&text(""), 2, 5).unwrap()) > 100);
+    let wrong = |name: &str| cooked(&text(&format!(", inside: {name:?}")), 1, 5).unwrap_err().to_string();
+    assert_eq!(wrong("none.ron"), "none.ron: no such file");
+    let broken = wrong("broken.ron");
+    assert!(broken.starts_with("broken.ron: line 2, column ") && broken.contains("spere"), "{broken}");
 }

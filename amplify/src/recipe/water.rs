@@ -54,8 +54,11 @@ pub(super) fn spread(bed: &Grid<f32>, radius: f64) -> Result<Grid<f32>, Hydrolog
     Ok(shaped(bed, bed.values().iter().zip(wide.values()).map(both).collect()))
 }
 
-/// α where the waves of `sea` reach, 0 elsewhere.
-pub(super) fn accessible(grid: &Grid<f32>, sea: &Sea) -> Result<Grid<f32>, HydrologyError> {
+/// α, without unit, in [0, 1], where the waves of `sea` reach, 0 elsewhere (Paris 2019 §6.1; Miller 1994).
+///
+/// # Errors
+/// [`HydrologyError`]: what of the raster is no ground.
+pub fn accessible(grid: &Grid<f32>, sea: &Sea) -> Result<Grid<f32>, HydrologyError> {
     let (width, height) = (grid.width(), grid.height());
     let reached = |k: usize| {
         // A cell is read at its four corners, of which any can be in reach of the waves.

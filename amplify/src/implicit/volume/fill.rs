@@ -27,10 +27,18 @@ fn combine(parts: &[Volume], axes: [&[f64]; 3], out: &mut [f64], operator: impl 
     if others.is_empty() {
         return;
     }
-    let mut next = vec![0.0; out.len()];
+    // A mesher's groups stay on the stack.
+    let (mut small, mut large) = ([0.0; 128], Vec::new());
+    let next = match small.get_mut(..out.len()) {
+        Some(next) => next,
+        None => {
+            large.resize(out.len(), 0.0);
+            large.as_mut_slice()
+        }
+    };
     for part in others {
-        part.fill(axes, &mut next);
-        out.iter_mut().zip(&next).for_each(|(f, g)| *f = operator(*f, *g));
+        part.fill(axes, next);
+        out.iter_mut().zip(next.iter()).for_each(|(f, g)| *f = operator(*f, *g));
     }
 }
 

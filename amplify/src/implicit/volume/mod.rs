@@ -10,6 +10,7 @@ mod number;
 mod part;
 #[cfg(test)]
 mod tests;
+mod vertical;
 
 pub use number::VolumeNumber;
 pub use part::{Erosion, Instance, Placement, Warp};
@@ -19,7 +20,7 @@ use super::primitive::Primitive;
 use super::prism::Prism;
 use super::spine::Spine;
 use super::surface::Surface;
-use crate::field::{Box3, Density, DensityBounds, THRESHOLD};
+use crate::field::{Box3, Density, DensityBounds, THRESHOLD, WithVertical};
 use glam::DVec3;
 use std::sync::Arc;
 use terrain_model::dual::Dual;
@@ -185,6 +186,9 @@ impl Density for Volume {
     }
     fn is_bare(&self) -> bool {
         matches!(self, Volume::Surface(_) | Volume::Prism(_))
+    }
+    fn along_z(&self, at: [f64; 2], f: &mut WithVertical<'_>) {
+        self.on_vertical(at, f);
     }
     fn fill(&self, axes: [&[f64]; 3], out: &mut [f64]) {
         self.fill_block(axes, out);
