@@ -1,5 +1,6 @@
 //! Landforms one by one: the paper's figures of caves, spires, islands and pierced ground, and the statistics behind them.
 
+mod pipeline;
 mod statistics;
 
 use super::{draw, landscapes};
@@ -28,9 +29,10 @@ use terrain_papers::verdicts::Verdict;
 pub const EXPERIMENT: Experiment = Experiment {
     id: "paris2019/landforms",
     title: "Landforms",
-    section: "§6, Figs. 1, 14, 18, 20, 21, 23, 24",
+    section: "§6, Figs. 1, 12–14, 18, 20, 21, 23, 24",
     about: "Percolation from three sinks in level strata, cut open at the paper's four steps; hoodoos of several grammars and goblins by \
-            a river; floating islands between two terrains; ground pierced from cliffs and depressions; a coast with all of it. Rules \
+            a river; floating islands between two terrains; ground pierced from cliffs and depressions; a coast with all of it, and stress, \
+            resistance, erosion and effects of the sea on it. Rules \
             of the grammar are counted against their probabilities, and resistances along caves against the rock around them.",
     code: "experiments/src/paris2019/landforms.rs",
     test: "amplify/src/landform/karst/tests.rs::a_karst_follows_the_weak_strata_and_not_those_of_another_rock",
@@ -351,6 +353,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
     }
     outcome.control("a hole", "a triangle of the first mesh left out", "the census finds its edges", torn);
     statistics::strata(ctx, &mut outcome, &mut wrong)?;
+    pipeline::pipeline(ctx, &mut outcome, &mut wrong)?;
     statistics::rules(ctx, &mut outcome, &mut wrong)?;
     outcome.deviation("the scenes, which are printed as pictures", "grounds, recipes and grammars of ours");
     outcome.deviation(
