@@ -8,7 +8,10 @@ mod fig5;
 mod fig6;
 mod fig8;
 pub(crate) mod picture;
+mod popping;
 mod scenes;
+mod storage;
+mod variants;
 
 use crate::experiment::Experiment;
 
@@ -20,4 +23,7 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &fig8::EXPERIMENT,
     &cracks::EXPERIMENT,
     &edges::EXPERIMENT,
+    &popping::EXPERIMENT,
+    &storage::EXPERIMENT,
+    &variants::EXPERIMENT,
 ];

@@ -14,19 +14,12 @@ pub struct Census {
 impl Census {
     /// Counts over the lattices of `leaves`, which must cover the domain.
     pub fn of(leaves: &[Triangle]) -> Census {
-        let mut edges: Vec<[Vertex; 2]> = Vec::new();
-        for triangle in leaves.iter().flat_map(|leaf| leaf.lattice(LATTICE)) {
-            let [a, b, c] = triangle.corners();
-            edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
-        }
-        edges.sort_unstable();
+        Census::of_triangles(leaves.iter().flat_map(|leaf| leaf.lattice(LATTICE)).map(|triangle| triangle.corners()))
+    }
+    /// Counts over any triangles that cover the domain.
+    pub fn of_triangles(triangles: impl IntoIterator<Item = [Vertex; 3]>) -> Census {
         let border = |[p, q]: [Vertex; 2]| (0..2).any(|k| p[k] == q[k] && (p[k] == 0 || p[k] == SIDE));
-        let mut odd: Vec<[Vertex; 2]> = Vec::new();
-        for same in edges.chunk_by(|a, b| a == b) {
-            if same.len() != if border(same[0]) { 1 } else { 2 } {
-                odd.push(same[0]);
-            }
-        }
+        let odd = odd_edges(triangles, border);
         let mut ends: Vec<Vertex> = odd.iter().flatten().copied().collect();
         ends.sort_unstable();
         let split = |[p, q]: &[Vertex; 2]| {
@@ -35,4 +28,18 @@ impl Census {
         };
         Census { cracks: odd.len(), t_junctions: odd.iter().filter(|edge| split(edge)).count() }
     }
+}
+
+/// Edges that do not have exactly two triangles, or one on a border; corners are any names.
+pub fn odd_edges<K: Copy + Ord>(
+    triangles: impl IntoIterator<Item = [K; 3]>,
+    border: impl Fn([K; 2]) -> bool,
+) -> Vec<[K; 2]> {
+    let mut edges: Vec<[K; 2]> = Vec::new();
+    for [a, b, c] in triangles {
+        edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
+    }
+    edges.sort_unstable();
+    let odd = |same: &&[[K; 2]]| same.len() != if border(same[0]) { 1 } else { 2 };
+    edges.chunk_by(|a, b| a == b).filter(odd).map(|same| same[0]).collect()
 }

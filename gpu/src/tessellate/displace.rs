@@ -99,8 +99,7 @@ impl Detail {
         };
         let (mut sum, mut range, mut product, mut extremes) = (R::zero(), 0.0, R::one(), [1.0f64; 2]);
         for (octave, plan) in self.octaves.iter().zip(&self.plan) {
-            let length = R::constant(2.0) * size * R::constant(octave.frequency);
-            let share = (R::one() / length.max(R::constant(f64::MIN_POSITIVE)) - R::one()).clamp01();
+            let share = band(octave.frequency, size);
             let part = if R::zero().less(share).may_hold() {
                 let noise = match self.space {
                     Space::Volume => R::gradient3(octave.lattice, octave.coordinates(p)) / R::constant(GRADIENT3_RANGE),
@@ -129,6 +128,31 @@ impl Detail {
             }
         };
         value.max(R::constant(-1.0)).min(R::one())
+    }
+    /// Is an octave left where vertices are `size` metres apart?
+    pub fn alive(&self, size: f64) -> bool {
+        self.octaves.iter().any(|octave| band(octave.frequency, size) > 0.0)
+    }
+    /// How far the displacement changes at most where the distance of vertices goes from one of `sizes` to the other, metres. Noise is
+    /// within ± 1, so a sum over its range changes by the mean of what its bands do; of a product no more is said than its range.
+    pub fn change(&self, sizes: [f64; 2]) -> f64 {
+        let (mut sum, mut range) = (0.0, 0.0);
+        for octave in &self.octaves {
+            let [a, b] = sizes.map(|size| band(octave.frequency, size));
+            sum += octave.amplitude * (a - b).abs();
+            range += octave.amplitude;
+        }
+        let share = match self.rule {
+            Rule::Sum => sum / range,
+            Rule::Multifractal { .. } => {
+                if sum == 0.0 {
+                    0.0
+                } else {
+                    2.0
+                }
+            }
+        };
+        self.amplitude * share
     }
     /// Share of the amplitude, in [0, 1].
     fn share<R: Real>(&self, on: &Smooth<R>) -> R {
@@ -181,6 +205,12 @@ impl Detail {
         let a = self.amplitude;
         Block { elevation: [low - a, high + a], moved: block.moved + a }
     }
+}
+
+/// What is left of an octave where vertices are `size` metres apart: all below a quarter of its wavelength, nothing above half of it.
+fn band<R: Real>(frequency: f64, size: R) -> R {
+    let length = R::constant(2.0) * size * R::constant(frequency);
+    (R::one() / length.max(R::constant(f64::MIN_POSITIVE)) - R::one()).clamp01()
 }
 
 /// Unit normal of a surface with its tangents. Where displacement folds it there may be none: that of the smooth one, `on`, then.

@@ -55,6 +55,22 @@ impl Triangle {
         }
         triangles
     }
+    /// Shares of the corners at `vertex`; one is negative outside. Cross products of the grid's integers are exact in `f64`.
+    pub fn shares(&self, vertex: Vertex) -> [f64; 3] {
+        let [a, b, c] = self.corners().map(|corner| corner.map(i64::from));
+        let p = vertex.map(i64::from);
+        let cross =
+            |o: [i64; 2], p: [i64; 2], q: [i64; 2]| (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0]);
+        let whole = cross(a, b, c) as f64;
+        [cross(p, b, c), cross(a, p, c), cross(a, b, p)].map(|part| part as f64 / whole)
+    }
+    /// The descendant `depth` levels below that holds `vertex`, which this one holds.
+    pub fn down_to(&self, vertex: Vertex, depth: u32) -> Triangle {
+        (0..depth).fold(*self, |triangle, _| {
+            let [first, second] = triangle.children();
+            if first.shares(vertex).iter().all(|share| *share >= 0.0) { first } else { second }
+        })
+    }
     /// Half the side, in grid units, of a square about [`Triangle::middle`] that holds this triangle and, with the
     /// same rule, the squares of all triangles that a split here can force or allow.
     ///

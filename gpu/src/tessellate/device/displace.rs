@@ -74,6 +74,14 @@ fn words(surface: &Surface<'_>) -> Result<[Vec<u32>; 2], TessellateError> {
     Ok([words, detail.octaves().iter().flat_map(octave).collect()])
 }
 
+/// Bytes of the parameters that the kernel reads of `surface`, and of those for each of its octaves: all that is stored of its detail.
+///
+/// # Errors
+/// [`TessellateError::Unsupported`].
+pub fn parameter_bytes(surface: &Surface<'_>) -> Result<[usize; 2], TessellateError> {
+    Ok(words(surface)?.map(|words| size_of::<u32>() * words.len()))
+}
+
 /// Displacement over one ground.
 pub struct Displacer<'c> {
     context: &'c Context,
