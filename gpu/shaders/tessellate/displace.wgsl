@@ -1,4 +1,4 @@
-// Position and normal of each vertex of each leaf's lattice: Phong tessellation, then fBm along the normal. Both depend on the
+// Position and normal of each vertex of each leaf's lattice: Phong tessellation, then noise along the normal. Both depend on the
 // integer vertex and the camera alone. Twin: src/tessellate/surface.rs, which is the formula of displace.rs relative to the eye.
 // `noise.wgsl` stands before it.
 //
@@ -38,6 +38,17 @@ struct Surface {
     // Largest value of noise, and the sum of the octaves' amplitudes.
     largest: f32,
     range: f32,
+    // Not 0: noise is read at x and y; octaves are multiplied.
+    plan: u32,
+    multiplied: u32,
+    // Of a product: what is added to each octave, its value without noise, and the most that it is off that.
+    offset: f32,
+    neutral: f32,
+    reach: f32,
+    // Share of the displacement in sharp hollows, what that leaves, and twice the Laplacian that is sharp, 1/m.
+    hollow: f32,
+    above: f32,
+    sharp: f32,
 }
 
 struct Octave {
@@ -62,6 +73,8 @@ struct Counters {
 @group(0) @binding(4) var<storage, read> counters: Counters;
 // Metres from the eye, then the unit normal: six numbers a vertex.
 @group(0) @binding(5) var<storage, read_write> vertices: array<f32>;
+// Laplacian of the elevation at each sample, 1/m.
+@group(0) @binding(6) var<storage, read> curvatures: array<f32>;
 
 fn times(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(a.x * b.x, a.yz * b.x + a.x * b.yz);
@@ -110,7 +123,9 @@ fn displaced(any: vec2<u32>) -> Point {
     let flat = vec2<f32>(vec2<i32>(vertex) - surface.origin) * surface.unit - surface.eye.xy;
     var at: array<vec4<f32>, 4>;
     var z = vec3<f32>(0.0);
+    var bend = vec3<f32>(0.0);
     for (var k = 0; k < 4; k++) {
+        bend += weights[k] * curvatures[corners[k]];
         at[k] = samples[corners[k]];
         at[k].x -= surface.eye.z;
         z += weights[k] * at[k].x;
@@ -140,23 +155,37 @@ fn displaced(any: vec2<u32>) -> Point {
     n = Jets(over(n.x, length_of_n), over(n.y, length_of_n), over(n.z, length_of_n));
     let high = clamped((s.z - vec3<f32>(surface.low, 0.0, 0.0)) / surface.rise, 0.0, 1.0);
     let steep = surface.share.x * one + surface.rest.x * (one - n.z);
-    let share = clamped(times(steep, surface.share.y * one + surface.rest.y * high), 0.0, 1.0);
+    let hollow = surface.hollow * one + surface.above * clamped(0.5 * one - bend / surface.sharp, 0.0, 1.0);
+    let share = clamped(times(times(steep, surface.share.y * one + surface.rest.y * high), hollow), 0.0, 1.0);
     let distance = sqrt(s.x.x * s.x.x + s.y.x * s.y.x + s.z.x * s.z.x);
     let size = surface.size * distance;
     var sum = vec3<f32>(0.0);
+    var product = one;
     for (var k = 0u; k < surface.octaves; k++) {
         let octave = octaves[k];
         // Half a wave is no shorter than the wanted edge: bands that would alias have faded.
         let band = clamp(1.0 / max(2.0 * size * octave.frequency, 1e-30) - 1.0, 0.0, 1.0);
+        var part = vec3<f32>(0.0);
         if band > 0.0 {
             let p = vec3<f32>(s.x.x, s.y.x, s.z.x) * octave.frequency + octave.offset;
-            let noise = gradient_noise(octave.key, p);
+            var noise: vec4<f32>;
+            if surface.plan != 0u {
+                noise = vec4<f32>(plane_noise(octave.key.xy, p.xy), 0.0);
+            } else {
+                noise = gradient_noise(octave.key, p);
+            }
             let along = noise.y * (s.x.yz * octave.frequency) + noise.z * (s.y.yz * octave.frequency)
                 + noise.w * (s.z.yz * octave.frequency);
-            sum += vec3<f32>(noise.x, along) / surface.largest * (band * octave.amplitude);
+            part = vec3<f32>(noise.x, along) / surface.largest * (band * octave.amplitude);
         }
+        sum += part;
+        product = times(product, vec3<f32>(surface.offset + part.x, part.yz));
     }
-    let by = times(share * surface.amplitude, clamped(sum / surface.range, -1.0, 1.0));
+    var combined = sum / surface.range;
+    if surface.multiplied != 0u {
+        combined = vec3<f32>(product.x - surface.neutral, product.yz) / surface.reach;
+    }
+    let by = times(share * surface.amplitude, clamped(combined, -1.0, 1.0));
     let p = Jets(s.x + times(by, n.x), s.y + times(by, n.y), s.z + times(by, n.z));
     let east_ward = vec3<f32>(p.x.y, p.y.y, p.z.y);
     let north_ward = vec3<f32>(p.x.z, p.y.z, p.z.z);

@@ -79,6 +79,23 @@ impl Detail {
     pub fn octaves(&self) -> &[Octave<3>] {
         &self.octaves
     }
+    /// The octaves of noise in the plane.
+    pub fn octaves_of_plan(&self) -> &[Octave<2>] {
+        &self.plan
+    }
+    /// Musgrave's product where the noise is 0, and the most that it is off that: noise is within ± 1, and a product of intervals has
+    /// its extremes at their ends.
+    pub(super) fn product(&self, offset: f64) -> [f64; 2] {
+        let (mut neutral, mut extremes) = (1.0, [1.0f64; 2]);
+        for octave in &self.octaves {
+            neutral *= offset;
+            let ends = [offset - octave.amplitude, offset + octave.amplitude];
+            let all = extremes.map(|e| ends.map(|end| e * end));
+            let flat = all.as_flattened().iter();
+            extremes = flat.fold([f64::MAX, f64::MIN], |[low, high], x| [low.min(*x), high.max(*x)]);
+        }
+        [neutral, (extremes[1] - neutral).max(neutral - extremes[0]).max(f64::MIN_POSITIVE)]
+    }
     /// The same noise for places relative to `eye`, on lattices moved there.
     pub fn seen_from(&self, eye: [f64; 3]) -> Detail {
         let mut seen = self.clone();
@@ -97,7 +114,7 @@ impl Detail {
             Rule::Sum => 0.0,
             Rule::Multifractal { offset } => offset,
         };
-        let (mut sum, mut range, mut product, mut extremes) = (R::zero(), 0.0, R::one(), [1.0f64; 2]);
+        let (mut sum, mut range, mut product) = (R::zero(), 0.0, R::one());
         for (octave, plan) in self.octaves.iter().zip(&self.plan) {
             let share = band(octave.frequency, size);
             let part = if R::zero().less(share).may_hold() {
@@ -114,16 +131,11 @@ impl Detail {
             range += octave.amplitude;
             sum = sum + part;
             product = product * (R::constant(offset) + part);
-            let ends = [offset - octave.amplitude, offset + octave.amplitude];
-            let all = extremes.map(|e| ends.map(|end| e * end));
-            let flat = all.as_flattened().iter();
-            extremes = flat.fold([f64::MAX, f64::MIN], |[low, high], x| [low.min(*x), high.max(*x)]);
         }
         let value = match self.rule {
             Rule::Sum => sum / R::constant(range),
             Rule::Multifractal { offset } => {
-                let neutral = (0..self.octaves.len()).fold(1.0, |product, _| product * offset);
-                let reach = (extremes[1] - neutral).max(neutral - extremes[0]).max(f64::MIN_POSITIVE);
+                let [neutral, reach] = self.product(offset);
                 (product - R::constant(neutral)) / R::constant(reach)
             }
         };

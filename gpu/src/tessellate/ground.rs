@@ -169,6 +169,10 @@ impl Ground {
     pub fn samples(&self) -> impl Iterator<Item = (f64, [f64; 3])> {
         self.heights.iter().copied().zip(self.normals.iter().copied())
     }
+    /// Laplacian of the elevation at every sample, 1/m, in the same order.
+    pub fn curvatures(&self) -> &[f64] {
+        &self.curvatures
+    }
     /// Enclosures from single cells to the whole, each level row by row from the south-west.
     pub fn pyramid(&self) -> &[Vec<Block>] {
         &self.pyramid

@@ -96,19 +96,42 @@ fn enclosures_nest_and_hold_displaced_heights() {
     }
 }
 
+/// Each way of displacing: the sum and the product, in space and in the plane, alone and less in hollows.
+pub(super) fn kinds(octaves: &Octaves) -> Vec<Detail> {
+    let mut kinds = Vec::new();
+    for space in [Space::Volume, Space::Plan] {
+        for rule in [Rule::Sum, Rule::Multifractal { offset: 0.9 }] {
+            for concavity in [None, Some([0.2, 0.05])] {
+                let mut detail = Detail::new(octaves, 3, space).unwrap();
+                (detail.rule, detail.concavity) = (rule, concavity);
+                kinds.push(detail);
+            }
+        }
+    }
+    kinds
+}
+
 #[test]
 fn displacement_keeps_within_its_amplitude_and_comes_near_it() {
-    let octaves = Octaves { octaves: 1, frequency: 0.02, lacunarity: 2.0, gain: 0.5, amplitude: 6.0 };
-    let (ground, detail) = (ground(), Detail::new(&octaves, 3, Space::Volume).unwrap());
-    let mut most = 0.0f64;
-    for k in 0..40_000 {
-        let vertex = [0, 1].map(|axis| (unit_random(k, axis) * f64::from(SIDE)) as u32);
-        let (p, q) = (ground.smooth(vertex).0, detail.position(&ground, vertex, 0.0));
-        most = most.max((0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f64>().sqrt());
-        // No octave is left where vertices are half a wavelength apart.
-        assert_eq!(detail.position(&ground, vertex, 25.0), p);
+    let ground = ground();
+    for (octaves, near) in [(1, 0.45), (4, 0.15)] {
+        let shape = Octaves { octaves, frequency: 0.02, lacunarity: 2.0, gain: 0.5, amplitude: 6.0 };
+        for detail in kinds(&shape) {
+            let mut most = 0.0f64;
+            for k in 0..8000 {
+                let vertex = [0, 1].map(|axis| (unit_random(k, axis) * f64::from(SIDE)) as u32);
+                let (p, q) = (ground.smooth(vertex).0, detail.position(&ground, vertex, 0.0));
+                most = most.max((0..3).map(|k| (p[k] - q[k]) * (p[k] - q[k])).sum::<f64>().sqrt());
+                // No octave is left where vertices are half a wavelength apart.
+                assert_eq!(detail.position(&ground, vertex, 25.0), p);
+            }
+            assert!(most <= 6.0 * (1.0 + 1e-12) && most > near * 6.0, "{octaves} {detail:?}: {most}");
+        }
     }
-    assert!(most <= 6.0 * (1.0 + 1e-12) && most > 4.0, "{most}");
+    // Control: without the division by its range a product of four leaves ± 1.
+    let shape = Octaves { octaves: 4, frequency: 0.02, lacunarity: 2.0, gain: 1.0, amplitude: 1.0 };
+    let [neutral, reach] = Detail::new(&shape, 3, Space::Volume).unwrap().product(0.9);
+    assert!(reach > 5.0 && (neutral - 0.6561).abs() < 1e-12);
 }
 
 #[test]
@@ -168,11 +191,11 @@ fn edges_not_stopped_lie_within_a_factor_two_of_the_target() {
 
 #[test]
 fn the_normal_is_that_of_the_displaced_surface_and_not_of_the_smooth_one() {
-    let (ground, mut detail) = (ground(), detail());
-    detail.concavity = Some([0.2, 0.05]);
+    let ground = ground();
+    let octaves = Octaves { octaves: 6, frequency: 0.02, lacunarity: 2.0, gain: 0.5, amplitude: 6.0 };
     let mut smooth_off = 0.0f64;
-    for rule in [Rule::Sum, Rule::Multifractal { offset: 0.9 }] {
-        detail.rule = rule;
+    for mut detail in kinds(&octaves) {
+        (detail.floor, detail.elevation) = ([0.3, 0.5], [0.0, 900.0]);
         for k in 0..200 {
             // Odd coordinates lie in the inside of a cell, and so do their neighbours: 2 × 59 units, a hundredth of a metre.
             let [x, y] = [0, 1].map(|axis| ((0.75 * unit_random(k, axis) * f64::from(SIDE)) as u32 | 63) & !4);
@@ -186,7 +209,7 @@ fn the_normal_is_that_of_the_displaced_surface_and_not_of_the_smooth_one() {
             for tangent in [u, v] {
                 let length = (0..3).map(|k| tangent[k] * tangent[k]).sum::<f64>().sqrt();
                 let off = |n: [f64; 3]| ((0..3).map(|k| n[k] * tangent[k]).sum::<f64>() / length).abs();
-                assert!(off(normal) < 2e-3, "{rule:?} {x} {y}: {}", off(normal));
+                assert!(off(normal) < 2e-3, "{detail:?} {x} {y}: {}", off(normal));
                 smooth_off = smooth_off.max(off(ground.smooth([x, y]).1));
             }
         }

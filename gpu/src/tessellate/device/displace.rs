@@ -8,7 +8,7 @@ use crate::tessellate::displace::{Rule, Space};
 use crate::tessellate::ground::Ground;
 use crate::tessellate::surface::Surface;
 use crate::tessellate::triangle::{Triangle, Vertex};
-use terrain_model::noise::{GRADIENT3_RANGE, Octave, mix};
+use terrain_model::noise::{GRADIENT2_RANGE, GRADIENT3_RANGE, Octave, mix};
 use wgpu::BufferUsages;
 
 /// The kernel. Twin: [`Surface::point`].
@@ -39,20 +39,18 @@ pub fn lattice_vertices(leaf: &Triangle) -> [Vertex; VERTICES] {
 }
 
 /// The surface and its octaves as the kernel reads them.
-fn words(surface: &Surface<'_>) -> Result<[Vec<u32>; 2], TessellateError> {
+fn words(surface: &Surface<'_>) -> [Vec<u32>; 2] {
     let Surface { ground, detail, origin, eye, size } = surface;
-    if matches!(detail.rule, Rule::Multifractal { .. }) {
-        return Err(TessellateError::Unsupported("a multifractal"));
-    }
-    if detail.space() == Space::Plan {
-        return Err(TessellateError::Unsupported("noise in the plane"));
-    }
-    if detail.concavity.is_some() {
-        return Err(TessellateError::Unsupported("a share that depends on concavity"));
-    }
     let bits = |x: f64| (x as f32).to_bits();
     let [low, high] = detail.elevation;
     let range: f64 = detail.octaves().iter().map(|octave| octave.amplitude).sum();
+    let plan = detail.space() == Space::Plan;
+    let offset = match detail.rule {
+        Rule::Sum => None,
+        Rule::Multifractal { offset } => Some(offset),
+    };
+    // Without concavity the share in hollows is all there is.
+    let [hollow, sharp] = detail.concavity.unwrap_or([1.0, 1.0]);
     let mut words = origin.to_vec();
     words.extend(ground.unit().map(bits));
     words.extend(eye.map(bits));
@@ -64,22 +62,40 @@ fn words(surface: &Surface<'_>) -> Result<[Vec<u32>; 2], TessellateError> {
     words.extend([low, (high - low).max(f64::from(f32::MIN_POSITIVE)), *size].map(bits));
     words.push(detail.octaves().len() as u32);
     words.extend(ground.inside().map(|cells| cells as u32));
-    words.extend([GRADIENT3_RANGE, range].map(bits));
+    words.extend([if plan { GRADIENT2_RANGE } else { GRADIENT3_RANGE }, range].map(bits));
+    words.extend([u32::from(plan), u32::from(offset.is_some())]);
+    let offset = offset.unwrap_or(0.0);
+    let [neutral, reach] = detail.product(offset);
+    words.extend([offset, neutral, reach, hollow, 1.0 - hollow].map(bits));
+    words.push(bits((2.0 * sharp).max(f64::from(f32::MIN_POSITIVE))));
     let octave = |octave: &Octave<3>| {
         let Octave { lattice, offset: [x, y, z], frequency, amplitude } = *octave;
-        let key = |axis: usize| mix(lattice.seed, axis as u32 + 1).wrapping_add(lattice.base[axis] as u32);
+        let [i, j, k] = key(lattice.seed, lattice.base);
         let [x, y, z, frequency, amplitude] = [x, y, z, frequency, amplitude].map(bits);
-        [key(0), key(1), key(2), frequency, x, y, z, amplitude]
+        [i, j, k, frequency, x, y, z, amplitude]
     };
-    Ok([words, detail.octaves().iter().flat_map(octave).collect()])
+    let octave_of_plan = |octave: &Octave<2>| {
+        let Octave { lattice, offset: [x, y], frequency, amplitude } = *octave;
+        let [i, j] = key(lattice.seed, lattice.base);
+        let [x, y, frequency, amplitude] = [x, y, frequency, amplitude].map(bits);
+        [i, j, 0, frequency, x, y, 0, amplitude]
+    };
+    let octaves = if plan {
+        detail.octaves_of_plan().iter().flat_map(octave_of_plan).collect()
+    } else {
+        detail.octaves().iter().flat_map(octave).collect()
+    };
+    [words, octaves]
 }
 
-/// Bytes of the parameters that the kernel reads of `surface`, and of those for each of its octaves: all that is stored of its detail.
-///
-/// # Errors
-/// [`TessellateError::Unsupported`].
-pub fn parameter_bytes(surface: &Surface<'_>) -> Result<[usize; 2], TessellateError> {
-    Ok(words(surface)?.map(|words| size_of::<u32>() * words.len()))
+/// What the kernel adds to a lattice point before it hashes it.
+fn key<const N: usize>(seed: u32, base: [i32; N]) -> [u32; N] {
+    std::array::from_fn(|axis| mix(seed, axis as u32 + 1).wrapping_add(base[axis] as u32))
+}
+
+/// Bytes of the parameters that the kernel reads of `surface`, and of those for its octaves: all that is stored of its detail.
+pub fn parameter_bytes(surface: &Surface<'_>) -> [usize; 2] {
+    words(surface).map(|words| size_of::<u32>() * words.len())
 }
 
 /// Displacement over one ground.
@@ -87,6 +103,7 @@ pub struct Displacer<'c> {
     context: &'c Context,
     kernel: wgpu::ComputePipeline,
     samples: wgpu::Buffer,
+    curvatures: wgpu::Buffer,
     /// Room for the vertices of so many leaves.
     vertices: Option<(u32, wgpu::Buffer)>,
 }
@@ -110,10 +127,14 @@ impl<'c> Displacer<'c> {
             .flat_map(|(height, [x, y, z])| [height, x, y, z].map(|value| (value as f32).to_bits()))
             .collect();
         bytes(context, "samples of the ground", 4, words.len() as u64)?;
-        let upload = || context.buffer_of("samples", &words, BufferUsages::STORAGE);
-        let samples = context.checked("samples of the ground", upload)?;
+        let bends: Vec<u32> = ground.curvatures().iter().map(|value| (*value as f32).to_bits()).collect();
+        let upload = || {
+            let samples = context.buffer_of("samples", &words, BufferUsages::STORAGE);
+            (samples, context.buffer_of("curvatures", &bends, BufferUsages::STORAGE))
+        };
+        let (samples, curvatures) = context.checked("samples of the ground", upload)?;
         let kernel = context.kernel("tessellate/displace.wgsl", source, "displace")?;
-        Ok(Displacer { context, kernel, samples, vertices: None })
+        Ok(Displacer { context, kernel, samples, curvatures, vertices: None })
     }
 
     fn allocate(&self, leaves: u32) -> Result<wgpu::Buffer, TessellateError> {
@@ -126,10 +147,9 @@ impl<'c> Displacer<'c> {
     /// Displaces the leaves that `refiner` found last; the vertices stay on the device.
     ///
     /// # Errors
-    /// [`TessellateError::Unsupported`]; when a binding does not hold the vertices of as many leaves as the refiner has room for;
-    /// when the device refuses.
+    /// When a binding does not hold the vertices of as many leaves as the refiner has room for; when the device refuses.
     pub fn displace(&mut self, refiner: &Refiner<'_>, surface: &Surface<'_>) -> Result<&wgpu::Buffer, TessellateError> {
-        let words = words(surface)?;
+        let words = words(surface);
         let room = refiner.capacity().leaves;
         let vertices = match self.vertices.take() {
             Some((held, vertices)) if held == room => vertices,
@@ -140,7 +160,7 @@ impl<'c> Displacer<'c> {
             let [surface, octaves] =
                 words.map(|words| self.context.buffer_of("surface", &words, BufferUsages::STORAGE));
             let [leaves, counters, arguments] = refiner.buffers();
-            let buffers = [&surface, &self.samples, &octaves, leaves, counters, vertices];
+            let buffers = [&surface, &self.samples, &octaves, leaves, counters, vertices, &self.curvatures];
             let bindings = self.context.bind(&self.kernel.get_bind_group_layout(0), &buffers);
             let mut encoder = self.context.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());

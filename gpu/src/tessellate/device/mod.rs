@@ -33,9 +33,6 @@ pub enum TessellateError {
         /// How many fit.
         capacity: u32,
     },
-    /// The kernel has no such displacement.
-    #[error("the device does not displace by {0}: take a sum of noise in space without concavity, or the processor")]
-    Unsupported(&'static str),
     /// The device failed.
     #[error(transparent)]
     Context(#[from] ContextError),
