@@ -70,9 +70,9 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         let image = Image { view: &view, size: SIZE };
         let visible = |leaf: &&&Triangle| refinement.patch(leaf).iter().any(|corners| image.shows(corners));
         let culled_visible = culled.iter().filter(visible).count();
-        let (count, culled, census) = (leaves.len(), culled.len(), Census::of(&leaves));
+        let (count, culled, census) = (leaves.len(), culled.len(), Census::of(&leaves, place.ground.end()));
         refinement.radii_mut().iter_mut().skip(1).step_by(2).for_each(|radius| *radius *= 0.6);
-        let control = Census::of(&refinement.leaves(false)).cracks;
+        let control = Census::of(&refinement.leaves(false), place.ground.end()).cracks;
         Ok(Found { leaves: count, census, control, culled, culled_visible })
     };
     let each: Vec<Found> = (0..cameras).into_par_iter().map(one).collect::<Result<_, _>>()?;

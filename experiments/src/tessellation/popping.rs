@@ -23,7 +23,7 @@ pub const EXPERIMENT: Experiment = Experiment {
             count too. Controls: bounds of the ground without detail, octaves that no band limit fades, and levels that change four at a \
             time.",
     code: "experiments/src/tessellation/popping.rs",
-    test: "gpu/src/tessellate/tests.rs::no_point_jumps_farther_than_its_bound_and_detail_without_a_band_limit_jumps_farther",
+    test: "gpu/src/tessellate/popping.rs::no_point_jumps_farther_than_its_bound_and_detail_without_a_band_limit_jumps_farther",
     expected: |profile| Expected {
         seconds: profile.pick(8.0, 2400.0),
         memory_bytes: profile.pick(256 << 20, 4 << 30),

@@ -194,7 +194,7 @@ fn flight(
     from: terrain_gpu::tessellate::view::View,
     outcome: &mut Outcome,
 ) -> Result<(f64, f64), ExperimentError> {
-    let frames = ctx.profile.pick(6, 60);
+    let frames = ctx.profile.pick(6u32, 60);
     let (mut vertices, mut triangles) = (HashSet::<Vertex>::new(), HashSet::<[Vertex; 3]>::new());
     let mut table = Table::new("flight", "What a flight of 100 m a frame shows, edges of 16 px")
         .column("frames")

@@ -105,10 +105,10 @@ fn variant(refinement: &mut Refinement<'_>, which: usize, whole: bool) -> Found 
             let leaves = refined.leaves(true);
             let mut found = Found::of(refined, leaves.iter().flat_map(|leaf| refined.patch(leaf)));
             if whole {
-                found.cracks = Census::of(&refined.leaves(false)).cracks as u64;
+                found.cracks = Census::of(&refined.leaves(false), refined.ground().end()).cracks as u64;
                 let radii = refined.radii().to_vec();
                 refinement.radii_mut().iter_mut().skip(1).step_by(2).for_each(|radius| *radius *= 0.6);
-                found.broken = Census::of(&refinement.leaves(false)).cracks as u64;
+                found.broken = Census::of(&refinement.leaves(false), refinement.ground().end()).cracks as u64;
                 refinement.radii_mut().copy_from_slice(&radii);
             }
             found
@@ -117,7 +117,9 @@ fn variant(refinement: &mut Refinement<'_>, which: usize, whole: bool) -> Found 
             let triangles = quadtree::triangles(refined, true, true);
             let mut found = Found::of(refined, placed(triangles, |vertex| refined.position(vertex)));
             if whole {
-                let census = |stitched| Census::of_triangles(quadtree::triangles(refined, false, stitched)).cracks;
+                let census = |stitched| {
+                    Census::of_triangles(quadtree::triangles(refined, false, stitched), refined.ground().end()).cracks
+                };
                 (found.cracks, found.broken) = (census(true) as u64, census(false) as u64);
             }
             found

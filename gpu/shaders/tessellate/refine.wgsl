@@ -23,6 +23,9 @@ struct Decision {
     cull: u32,
     capacity: u32,
     leaf_capacity: u32,
+    // The raster's north-east corner.
+    east: i32,
+    north: i32,
     // R(l)², metres²; the last is 0.
     radii: array<f32, 43>,
 }
@@ -120,6 +123,10 @@ fn refine(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
     let base = vec2<i32>(packed.zw);
     let leg = base - apex;
     let third = apex + vec2<i32>(-leg.y, leg.x);
+    // Nothing of it is over the raster.
+    if min(min(apex.x, base.x), third.x) >= decision.east || min(min(apex.y, base.y), third.y) >= decision.north {
+        return;
+    }
     let middle = (base + third) / 2;
     let w = max(abs(leg.x), abs(leg.y));
     let block = enclosure(middle, select(2 * w, 3 * w / 2, level % 2u == 0u));

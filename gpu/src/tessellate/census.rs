@@ -5,21 +5,23 @@ use super::triangle::{LATTICE, SIDE, Triangle, Vertex};
 /// Edges of triangles in the plane, and whether they fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Census {
-    /// Edges within the domain that do not have exactly two triangles.
+    /// Edges within the raster that do not have exactly two triangles.
     pub cracks: usize,
     /// Of these, those whose middle is a vertex of another triangle.
     pub t_junctions: usize,
 }
 
 impl Census {
-    /// Counts over the lattices of `leaves`, which must cover the domain.
-    pub fn of(leaves: &[Triangle]) -> Census {
-        Census::of_triangles(leaves.iter().flat_map(|leaf| leaf.lattice(LATTICE)).map(|triangle| triangle.corners()))
+    /// Counts over the lattices of `leaves`, which must cover a raster that ends at `end`.
+    pub fn of(leaves: &[Triangle], end: Vertex) -> Census {
+        let lattices = leaves.iter().flat_map(|leaf| leaf.lattice(LATTICE));
+        Census::of_triangles(lattices.map(|triangle| triangle.corners()), end)
     }
-    /// Counts over any triangles that cover the domain.
-    pub fn of_triangles(triangles: impl IntoIterator<Item = [Vertex; 3]>) -> Census {
+    /// Counts over any triangles that cover a raster that ends at `end`. On its north and east border and beyond nothing is to fit.
+    pub fn of_triangles(triangles: impl IntoIterator<Item = [Vertex; 3]>, end: Vertex) -> Census {
         let border = |[p, q]: [Vertex; 2]| (0..2).any(|k| p[k] == q[k] && (p[k] == 0 || p[k] == SIDE));
-        let odd = odd_edges(triangles, border);
+        let mut odd = odd_edges(triangles, border);
+        odd.retain(|[p, q]| !(0..2).any(|k| end[k] < SIDE && p[k] >= end[k] && q[k] >= end[k]));
         let mut ends: Vec<Vertex> = odd.iter().flatten().copied().collect();
         ends.sort_unstable();
         let split = |[p, q]: &[Vertex; 2]| {

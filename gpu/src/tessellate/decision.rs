@@ -16,7 +16,7 @@
 //! product and a sum into one operation leaves a rounding out; both triangles at an edge run the same code on the same numbers.
 
 use super::displace::Detail;
-use super::ground::{Block, Ground};
+use super::ground::{Block, Ground, beyond};
 use super::refine::Refinement;
 use super::triangle::{FINEST, SIDE, Triangle, Vertex};
 
@@ -28,6 +28,8 @@ const SLACK: f32 = 16.0 / 16_777_216.0;
 pub struct Pyramid {
     cells: u32,
     levels: u32,
+    /// The raster's north-east corner.
+    end: Vertex,
     /// Lowest, highest and farthest move of each block, from single cells to the whole.
     blocks: Vec<[f32; 3]>,
 }
@@ -43,7 +45,7 @@ impl Pyramid {
         let outward = |block: &Block| [-up(-block.elevation[0]), up(block.elevation[1]), up(block.moved)];
         let levels = ground.pyramid();
         let blocks = levels.iter().flatten().map(outward).collect();
-        Pyramid { cells: ground.cells() as u32, levels: levels.len() as u32, blocks }
+        Pyramid { cells: ground.cells() as u32, levels: levels.len() as u32, end: ground.end(), blocks }
     }
     /// As the device reads it.
     pub fn words(&self) -> Vec<u32> {
@@ -125,8 +127,9 @@ impl<'a> Decision<'a> {
         floats(&[self.amplitude]);
         self.planes.iter().for_each(|[x, y, z]| floats(&[*x, *y, *z, 0.0]));
         words.extend([self.pyramid.cells, self.pyramid.levels, u32::from(cull), capacity, leaf_capacity]);
+        words.extend(self.pyramid.end);
         words.extend(self.radii.iter().map(|r| r.to_bits()));
-        words.resize(33 + FINEST as usize + 1, 0);
+        words.resize((35 + FINEST as usize + 1).next_multiple_of(4), 0);
         words
     }
     fn metres(&self, vertex: Vertex) -> [f32; 2] {
@@ -172,7 +175,7 @@ impl<'a> Decision<'a> {
         let mut leaves = [Vec::new(), Vec::new()];
         let mut list = Triangle::ROOTS.map(|root| (root, 0)).to_vec();
         while let Some((triangle, mut open)) = list.pop() {
-            if cull && self.hidden_by(&triangle, 1.5 * SLACK) {
+            if beyond(self.pyramid.end, &triangle) || cull && self.hidden_by(&triangle, 1.5 * SLACK) {
                 continue;
             }
             if cull && self.hidden_by(&triangle, 0.5 * SLACK) {
@@ -195,7 +198,7 @@ impl<'a> Decision<'a> {
     pub fn leaves(&self, cull: bool) -> Vec<Triangle> {
         let (mut leaves, mut list) = (Vec::new(), Triangle::ROOTS.to_vec());
         while let Some(triangle) = list.pop() {
-            if cull && self.hidden(&triangle) {
+            if beyond(self.pyramid.end, &triangle) || cull && self.hidden(&triangle) {
                 continue;
             }
             let [distance, radius] = self.distance_and_radius(&triangle);

@@ -182,6 +182,14 @@ impl Ground {
         let unit = SIDE / self.cells as u32;
         [0, 1].map(|k| vertex[k].min(self.inside[k] as u32 * unit))
     }
+    /// The raster's north-east corner.
+    pub fn end(&self) -> Vertex {
+        self.within([SIDE; 2])
+    }
+    /// Is nothing of the triangle, and so of its descendants, over the raster?
+    pub fn beyond(&self, triangle: &Triangle) -> bool {
+        beyond(self.end(), triangle)
+    }
     /// Is a part of the triangle over the raster? Those beyond its borders are none: vertices drawn back to a border lie on one line
     /// there, but displacement would bend it and give them an area.
     pub fn holds(&self, triangle: &Triangle) -> bool {
@@ -290,6 +298,12 @@ impl Ground {
     pub fn spacing(&self) -> [f64; 2] {
         self.spacing
     }
+}
+
+/// Do all corners lie on the north or east border of a raster that ends at `end`, or beyond?
+pub(super) fn beyond(end: Vertex, triangle: &Triangle) -> bool {
+    let corners = triangle.corners();
+    (0..2).any(|k| corners.iter().all(|corner| corner[k] >= end[k]))
 }
 
 /// A place in a cell of the raster, with the coordinates it is given.

@@ -47,7 +47,7 @@ pub fn jumps(frames: [&Refinement<'_>; 2], promised: [&Refinement<'_>; 2], mut v
     let mut list: Vec<(Triangle, [Option<Triangle>; 2])> = Triangle::ROOTS.map(|root| (root, [None; 2])).to_vec();
     while let Some((triangle, mut leaves)) = list.pop() {
         // The box of the second frame holds the first frame's surface too: enclosures do not depend on the camera.
-        if frames[1].hidden(&triangle) {
+        if frames[1].ground().beyond(&triangle) || frames[1].hidden(&triangle) {
             continue;
         }
         for k in 0..2 {
@@ -232,6 +232,63 @@ impl Refinement<'_> {
                 let [x, y] = [0, 1].map(|k| net[k] * ground.spacing()[k]);
                 [extent[0] + x, extent[1] + y, extent[2]]
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tessellate::displace::{Detail, Space};
+    use crate::tessellate::ground::Ground;
+    use crate::tessellate::tests::{camera, detail, detail_of, partial};
+    use terrain_model::grid::Grid;
+    use terrain_model::noise::Octaves;
+
+    /// A smooth hill.
+    fn hill() -> Ground {
+        let elevation = |at: usize| {
+            let [x, y] = [at % 65, at / 65].map(|i| i as f64 - 30.0);
+            400.0 / (1.0 + 0.005 * (x * x + y * y))
+        };
+        let grid = Grid::new([0.0; 2].into(), [20.0; 2].into(), 65, 65, (0..65 * 65).map(elevation).collect()).unwrap();
+        Ground::new(&grid, 0.6).unwrap()
+    }
+
+    #[test]
+    fn no_point_jumps_farther_than_its_bound_and_detail_without_a_band_limit_jumps_farther() {
+        let octaves = Octaves { octaves: 6, frequency: 0.02, lacunarity: 2.0, gain: 0.8, amplitude: 12.0 };
+        let fine = Detail::new(&octaves, 3, Space::Volume).unwrap();
+        for (ground, detail, smooth) in [(partial(), detail(), false), (hill(), fine, true)] {
+            let (mut seen, mut switched, mut largest, mut most, mut beyond) = (0, 0, [0.0f64; 2], 0.0f64, 0);
+            for k in 0..6 {
+                let from = camera(&ground, k);
+                let mut to = from;
+                (0..3).for_each(|axis| to.eye[axis] += 3.0 * from.axes[2][axis]);
+                let frames = [from, to].map(|view| Refinement::new(&ground, &detail, view, 24.0, 22));
+                let promised = [&frames[0], &frames[1]];
+                jumps(promised, promised, |jump| {
+                    seen += 1;
+                    switched += usize::from(jump.switched);
+                    assert!(jump.pixels <= jump.bound, "camera {k}: {jump:?}");
+                    largest[0] = largest[0].max(jump.pixels);
+                    most = most.max(jump.bound);
+                });
+                // The same triangles, and octaves that are finer than they are.
+                let control = [0, 1].map(|i| {
+                    let mut control = Refinement::new(&ground, &detail, *frames[i].view(), 1e-3, 22);
+                    control.radii_mut().copy_from_slice(frames[i].radii());
+                    control
+                });
+                jumps([&control[0], &control[1]], promised, |jump| largest[1] = largest[1].max(jump.pixels));
+                // Bounds of the ground without detail are none of the ground with it.
+                let bare = detail_of(0.0);
+                let bare = [from, to].map(|view| Refinement::new(&ground, &bare, view, 24.0, 22));
+                jumps(promised, [&bare[0], &bare[1]], |jump| beyond += usize::from(jump.pixels > jump.bound));
+            }
+            eprintln!("{switched} of {seen} switched, {largest:?} of {most} pixels, {beyond} of the control beyond");
+            assert!(switched > 200 && largest[0] > 0.3 && beyond > 100);
+            assert!(!smooth || largest[1] > 2.0 * largest[0]);
         }
     }
 }

@@ -69,8 +69,12 @@ mod tests {
         let mut control = 0;
         for k in 0..6 {
             let refinement = Refinement::new(&ground, &detail, camera(&ground, k), 24.0, 22);
-            assert_eq!(Census::of_triangles(triangles(&refinement, false, true)), Census::default(), "camera {k}");
-            control += Census::of_triangles(triangles(&refinement, false, false)).t_junctions;
+            assert_eq!(
+                Census::of_triangles(triangles(&refinement, false, true), ground.end()),
+                Census::default(),
+                "camera {k}"
+            );
+            control += Census::of_triangles(triangles(&refinement, false, false), ground.end()).t_junctions;
         }
         assert!(control > 100, "{control}");
     }

@@ -132,12 +132,12 @@ impl<'a> Refinement<'a> {
         }
         self.view.misses(low, high)
     }
-    /// The leaves, without those that cannot be in the image if `cull`.
+    /// The leaves, without those that cannot be in the image if `cull`. Beyond the raster there are none.
     pub fn leaves(&self, cull: bool) -> Vec<Triangle> {
         let mut leaves = Vec::new();
         let mut list = Triangle::ROOTS.to_vec();
         while let Some(triangle) = list.pop() {
-            if cull && self.hidden(&triangle) {
+            if self.ground.beyond(&triangle) || cull && self.hidden(&triangle) {
                 continue;
             }
             if self.splits(&triangle) {

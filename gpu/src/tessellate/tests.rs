@@ -4,7 +4,6 @@ use super::census::Census;
 use super::coverage::Image;
 use super::displace::{Detail, Rule, Space};
 use super::ground::Ground;
-use super::popping::jumps;
 use super::refine::Refinement;
 use super::surface::Surface;
 use super::triangle::{FINEST, SIDE, Triangle};
@@ -67,9 +66,9 @@ fn every_inner_edge_has_two_triangles_and_a_broken_rule_shows() {
         let mut refinement = Refinement::new(&ground, &detail, camera(&ground, k), 24.0, 22);
         let leaves = refinement.leaves(false);
         assert!(leaves.len() > 100, "camera {k}: {} leaves", leaves.len());
-        assert_eq!(Census::of(&leaves), Census::default(), "camera {k}");
+        assert_eq!(Census::of(&leaves, ground.end()), Census::default(), "camera {k}");
         refinement.radii_mut().iter_mut().skip(1).step_by(2).for_each(|radius| *radius *= 0.6);
-        let census = Census::of(&refinement.leaves(false));
+        let census = Census::of(&refinement.leaves(false), ground.end());
         broken += census.cracks.min(census.t_junctions);
     }
     assert!(broken > 1000, "{broken}");
@@ -237,6 +236,30 @@ fn a_raster_that_is_no_square_ends_at_its_borders() {
 }
 
 #[test]
+fn nothing_beyond_a_raster_is_refined_and_what_is_over_it_is_as_before() {
+    let (ground, detail) = (partial(), detail());
+    let (mut dropped, mut kept, mut corner) = (0, 0, 0);
+    for k in 0..8 {
+        let refinement = Refinement::new(&ground, &detail, camera(&ground, k), 24.0, 22);
+        let leaves: HashSet<Triangle> = refinement.leaves(false).into_iter().collect();
+        // Without the rule, in the square that holds the raster.
+        let (mut all, mut list) = (Vec::new(), Triangle::ROOTS.to_vec());
+        while let Some(triangle) = list.pop() {
+            if refinement.splits(&triangle) { list.extend(triangle.children()) } else { all.push(triangle) }
+        }
+        for leaf in &all {
+            let over = leaf.lattice(4).iter().any(|triangle| ground.holds(triangle));
+            assert!(leaves.contains(leaf) || !over, "camera {k}: {leaf:?}");
+            // Across the corner of the raster, beyond both borders and neither.
+            corner += usize::from(leaves.contains(leaf) && !over);
+        }
+        assert_eq!(Census::of(refinement.leaves(false).as_slice(), ground.end()), Census::default());
+        (dropped, kept) = (dropped + all.len() - leaves.len(), kept + leaves.len());
+    }
+    assert!(dropped > 1000 && kept > 1000 && corner <= 8, "{dropped} dropped, {kept} kept, {corner} at the corner");
+}
+
+#[test]
 fn a_place_is_found_again_below_the_elevation_over_it() {
     let (ground, detail) = (ground(), detail());
     let (mut near, mut bare) = (0, 0);
@@ -333,51 +356,4 @@ fn the_surface_seen_from_the_eye_is_the_displaced_one_and_not_that_of_another_am
         seen_in_control += usize::from(!equal(p, control.position(vertex)));
     }
     assert!(seen_in_control > 600, "{seen_in_control}");
-}
-
-/// A smooth hill.
-fn hill() -> Ground {
-    let elevation = |at: usize| {
-        let [x, y] = [at % 65, at / 65].map(|i| i as f64 - 30.0);
-        400.0 / (1.0 + 0.005 * (x * x + y * y))
-    };
-    let grid = Grid::new([0.0; 2].into(), [20.0; 2].into(), 65, 65, (0..65 * 65).map(elevation).collect()).unwrap();
-    Ground::new(&grid, 0.6).unwrap()
-}
-
-#[test]
-fn no_point_jumps_farther_than_its_bound_and_detail_without_a_band_limit_jumps_farther() {
-    let octaves = Octaves { octaves: 6, frequency: 0.02, lacunarity: 2.0, gain: 0.8, amplitude: 12.0 };
-    let fine = Detail::new(&octaves, 3, Space::Volume).unwrap();
-    for (ground, detail, smooth) in [(partial(), detail(), false), (hill(), fine, true)] {
-        let (mut seen, mut switched, mut largest, mut most, mut beyond) = (0, 0, [0.0f64; 2], 0.0f64, 0);
-        for k in 0..6 {
-            let from = camera(&ground, k);
-            let mut to = from;
-            (0..3).for_each(|axis| to.eye[axis] += 3.0 * from.axes[2][axis]);
-            let frames = [from, to].map(|view| Refinement::new(&ground, &detail, view, 24.0, 22));
-            let promised = [&frames[0], &frames[1]];
-            jumps(promised, promised, |jump| {
-                seen += 1;
-                switched += usize::from(jump.switched);
-                assert!(jump.pixels <= jump.bound, "camera {k}: {jump:?}");
-                largest[0] = largest[0].max(jump.pixels);
-                most = most.max(jump.bound);
-            });
-            // The same triangles, and octaves that are finer than they are.
-            let control = [0, 1].map(|i| {
-                let mut control = Refinement::new(&ground, &detail, *frames[i].view(), 1e-3, 22);
-                control.radii_mut().copy_from_slice(frames[i].radii());
-                control
-            });
-            jumps([&control[0], &control[1]], promised, |jump| largest[1] = largest[1].max(jump.pixels));
-            // Bounds of the ground without detail are none of the ground with it.
-            let bare = detail_of(0.0);
-            let bare = [from, to].map(|view| Refinement::new(&ground, &bare, view, 24.0, 22));
-            jumps(promised, [&bare[0], &bare[1]], |jump| beyond += usize::from(jump.pixels > jump.bound));
-        }
-        eprintln!("{switched} of {seen} switched, {largest:?} of {most} pixels, {beyond} of the control beyond");
-        assert!(switched > 200 && largest[0] > 0.3 && beyond > 100);
-        assert!(!smooth || largest[1] > 2.0 * largest[0]);
-    }
 }

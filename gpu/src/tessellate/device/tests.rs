@@ -72,7 +72,7 @@ fn leaves_of_the_device_fit_and_those_of_radii_that_do_not_nest_leave_cracks() {
         let decision = Decision::new(&pyramid, &refinement);
         let census = |refiner: &mut Refiner<'_>| {
             let count = refiner.refine_growing(&decision, false).unwrap();
-            Census::of(&refiner.leaves(count).unwrap())
+            Census::of(&refiner.leaves(count).unwrap(), ground.end())
         };
         assert_eq!(census(&mut refiner), Census::default(), "camera {k}");
         cracks += census(&mut control).cracks;
