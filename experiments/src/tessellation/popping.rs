@@ -152,7 +152,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         .column("largest jump")
         .column("a thousandth jump more than")
         .column("largest share of its bound");
-    let mut plot = Plot::new("jumps", "Largest jump", Axis::log("edge (px)"), Axis::log("jump (px)"));
+    let mut plot = Plot::new("largest", "Largest jump", Axis::log("edge (px)"), Axis::log("jump (px)"));
     let (mut beyond, mut unseen, mut controls) = (0, false, [f64::INFINITY; 3]);
     let progress = ctx.progress("flights", 2 * targets.len() as u64);
     for flight in flights(ctx)? {

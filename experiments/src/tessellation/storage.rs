@@ -73,7 +73,7 @@ fn distances(ground: &Ground, [detail, less]: [&Detail; 2], level: u32, seed: u6
         let random =
             |axis: u32| ((f64::from(mix(mix(seed as u32, k), axis)) / 4_294_967_296.0) * f64::from(SIDE)) as u32;
         let vertex: Vertex = [random(0), random(1)];
-        let root = Triangle::ROOTS[usize::from(vertex[1] > vertex[0])];
+        let root = Triangle::ROOTS[usize::from(vertex[0] + vertex[1] > SIDE)];
         let triangle = root.down_to(vertex, level);
         let (shares, corners) = (triangle.shares(vertex), triangle.corners().map(|c| detail.position(ground, c, 0.0)));
         let here = detail.position(ground, vertex, 0.0);

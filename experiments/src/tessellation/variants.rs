@@ -47,6 +47,8 @@ struct Found {
     triangles: u64,
     edges: u64,
     within: u64,
+    /// Sum of log₂ of lengths over the target.
+    log: f64,
     cracks: u64,
     broken: u64,
     /// Edges of patches, and those that are cut into the most pieces there are and are still too long.
@@ -59,6 +61,7 @@ impl Found {
             triangles: self.triangles + other.triangles,
             edges: self.edges + other.edges,
             within: self.within + other.within,
+            log: self.log + other.log,
             cracks: self.cracks + other.cracks,
             broken: self.broken + other.broken,
             patch_edges: [0, 1].map(|k| self.patch_edges[k] + other.patch_edges[k]),
@@ -81,6 +84,7 @@ impl Found {
                 let ratio = (length / distance).sqrt() * view.focal / refinement.target();
                 found.edges += 1;
                 found.within += u64::from((0.5..=2.0).contains(&ratio));
+                found.log += libm::log2(ratio.max(1e-9));
             }
         }
         found
@@ -165,6 +169,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         .column("triangles")
         .column("over bisection")
         .column("edges within a factor 2")
+        .column("geometric mean of edges, in targets")
         .column("patch edges that 64 pieces do not suffice")
         .column("cracks")
         .column("cracks of its control");
@@ -189,10 +194,12 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         for which in 0..4 {
             let found = of(which);
             let within = 100.0 * found.within as f64 / found.edges.max(1) as f64;
+            let mean = libm::exp2(found.log / found.edges.max(1) as f64);
             let [all, most] = found.patch_edges.map(|n| n as f64);
             let name = format!("edge{target}.{}", IDS[which]);
             outcome.metric(&format!("{name}.triangles"), found.triangles as f64)?;
             outcome.metric(&format!("{name}.within_factor_2_percent"), within)?;
+            outcome.metric(&format!("{name}.mean_edge_in_targets"), mean)?;
             let (limited, none) = (100.0 * most / all.max(1.0), || Cell::missing("not counted at this length"));
             table.row([
                 Cell::number(target, "px", 2),
@@ -200,6 +207,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
                 Cell::count(found.triangles),
                 Cell::number(found.triangles as f64 / base, "", 3),
                 Cell::number(within, "%", 3),
+                Cell::number(mean, "", 3),
                 if all > 0.0 { Cell::number(limited, "%", 3) } else { Cell::missing("no limit") },
                 if at < counted { Cell::count(found.cracks) } else { none() },
                 if at < counted { Cell::count(found.broken) } else { none() },

@@ -13,6 +13,7 @@ pub mod on_adapter;
 mod picture;
 pub mod render;
 pub mod tessellate;
+mod tree_ground;
 
 use crate::scenes::{self, SceneFileError};
 use clap::Args;

@@ -1,6 +1,6 @@
 //! `terrain tessellate`: a raster seen from near, with detail made on the way: a picture, a flight, or the refined mesh.
 
-use super::{Size, VerbError, positive, print, progress};
+use super::{Rectangle, SceneArguments, Size, VerbError, positive, print, progress, tree_ground};
 use crate::tessellation::picture::{Look, Picture, Scene};
 use clap::{Args, ValueEnum};
 use glam::{DVec2, DVec3};
@@ -17,15 +17,21 @@ use terrain_model::io::{read_grid, write_mesh, write_png_rgb8};
 use terrain_model::mesh::Mesh;
 use terrain_model::noise::Octaves;
 
-/// Shows a raster (.tif, .asc, .hgt, .png, .raw, .exr) from near: triangles are refined until their edges have the length asked for
+/// Shows a raster (.tif, .asc, .hgt, .png, .raw, .exr) or a feature tree (.ron, builtin:NAME) from near: triangles are refined until their edges have the length asked for
 /// on the screen, smoothed (Phong tessellation) and displaced by noise along the normal.
 ///
 /// Nothing is stored of the detail. Written is a picture (.png), a flight of them, or the refined mesh (.glb, .ply, .obj). It is
 /// computed on the processor; the same arguments give the same bytes.
 #[derive(Args, Debug)]
 pub struct Tessellate {
-    /// The raster, elevations in metres
+    /// The raster, elevations in metres, or a scene; a scene's ground is sampled, with a proved bound of what that misses
     input: PathBuf,
+    /// Samples of a scene along its longer side
+    #[arg(long, value_name = "N", default_value_t = 1025, value_parser = clap::value_parser!(u32).range(3..=16_385))]
+    samples: u32,
+    /// South-west and north-east corners of a scene's part, metres [default: a box around all that has weight]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
+    region: Option<Rectangle>,
     /// Eye and target, metres as in the raster; +Z is above the ground there [default: a view from the south-west]
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", allow_hyphen_values = true)]
     camera: Option<Placement>,
@@ -188,8 +194,13 @@ impl Tessellate {
 
     fn work(&self) -> Result<Work, VerbError> {
         let named = |problem: &dyn std::fmt::Display| VerbError::Other(format!("{}: {problem}", self.input.display()));
-        let grid = read_grid(&self.input)?;
-        let grid: Grid<f64> = grid.map(None, |z| z.map_or(f64::NAN, f64::from));
+        let text = self.input.to_string_lossy();
+        let tree = text.starts_with("builtin:") || text.to_ascii_lowercase().ends_with(".ron");
+        let grid: Grid<f64> = if tree {
+            self.sampled(&text)?
+        } else {
+            read_grid(&self.input)?.map(None, |z| z.map_or(f64::NAN, f64::from))
+        };
         let ground = Ground::new(&grid, self.phong).map_err(|error| named(&error))?;
         let spacing = grid.spacing().max_element();
         let octaves = Octaves {
@@ -208,6 +219,28 @@ impl Tessellate {
         // Sharp is a hollow that a slope of 1 in 2 turns within a sample.
         detail.concavity = self.hollow.map(|floor| [floor, 0.5 / spacing]);
         Ok(Work { ground, detail, origin: grid.origin() })
+    }
+
+    /// The ground of a scene, square samples as nearly as they fit.
+    fn sampled(&self, scene: &str) -> Result<Grid<f64>, VerbError> {
+        let arguments = SceneArguments { scene: scene.to_owned(), layer: None };
+        let (_, program) = arguments.load()?;
+        let (low, high) = match self.region {
+            Some(region) => (region.low, region.high),
+            None => arguments.support(&program)?,
+        };
+        let (side, steps) = (high - low, f64::from(self.samples - 1));
+        let size = [side.x, side.y].map(|x| ((steps * x / side.max_element()).round() as usize).max(1) + 1);
+        let none = || VerbError::Other(format!("{scene}: no sample lies on the terrain; choose another --region"));
+        let made = tree_ground::sample(&program, low, high, size).ok_or_else(none)?;
+        let [cells, samples] = [(size[0] - 1) * (size[1] - 1), size[0] * size[1]];
+        let [proved, off] =
+            [(cells - made.open, cells), (made.off, samples)].map(|(n, of)| 100.0 * n as f64 / of as f64);
+        print(&format!(
+            "{scene}: {} × {} samples, within {:.3} m of the tree, proved of {proved:.1} % of the cells; {off:.1} % lie off the terrain",
+            size[0], size[1], made.bound,
+        ))?;
+        Ok(made.grid)
     }
 
     fn looking(&self, work: &Work, [eye, target]: [DVec3; 2]) -> Result<View, VerbError> {
