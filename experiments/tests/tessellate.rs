@@ -90,6 +90,39 @@ fn a_tree_is_ground_and_says_what_its_samples_miss() {
 }
 
 #[test]
+fn a_raster_in_pages_is_drawn_as_in_memory_and_one_that_cannot_be_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let height = |k: usize| (((k % 600) * 7 + (k / 600) * 13) % 97) as f32 + (k % 600) as f32;
+    let grid = Grid::new(DVec2::ZERO, DVec2::splat(20.0), 600, 530, (0..600 * 530).map(height).collect()).unwrap();
+    io::write_grid(&at("a.r32"), &grid.with_crs(Some(Crs::local_metres()))).unwrap();
+    let (input, whole, paged) = (at("a.r32"), at("whole.png"), at("paged.png"));
+    let camera = ["--camera", "3000,3000,+60,3400,3300,+0", "--size", "96x64"];
+    let draw = |out: &Path, more: &[&str]| {
+        let mut arguments = vec!["tessellate", text(&input), "--out", text(out)];
+        arguments.extend(camera);
+        arguments.extend(more);
+        ok(&arguments)
+    };
+    let said = draw(&paged, &["--resident", "64"]);
+    assert!(said.contains("of 16 pages in memory, at most 14"), "{said}");
+    assert!(!draw(&whole, &[]).contains("pages"));
+    // Fewer pages than the picture needs: they come and go.
+    let few = at("few.png");
+    draw(&few, &["--resident", "16"]);
+    let [whole, paged, few] = [whole, paged, few].map(|path| std::fs::read(path).unwrap());
+    assert!(whole == paged && whole == few);
+    raster(&at("b.tif"));
+    let out = at("none.png");
+    let run = |input: &Path, parts: &[&str]| {
+        one_line(&["tessellate", text(input), "--out", text(&out), "--resident", "64"], parts);
+        assert!(!out.exists());
+    };
+    run(&at("b.tif"), &["b.tif", ".r32", "convert"]);
+    run(&at("c.r32"), &["c.r32"]);
+}
+
+#[test]
 fn a_flight_is_numbered_and_moves() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);

@@ -7,6 +7,7 @@ mod fig3;
 mod fig5;
 mod fig6;
 mod fig8;
+mod pages;
 pub(crate) mod picture;
 mod popping;
 mod scenes;
@@ -26,4 +27,5 @@ pub const EXPERIMENTS: &[&Experiment] = &[
     &popping::EXPERIMENT,
     &storage::EXPERIMENT,
     &variants::EXPERIMENT,
+    &pages::EXPERIMENT,
 ];

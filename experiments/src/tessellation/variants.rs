@@ -45,6 +45,8 @@ const IDS: [&str; 4] = ["bisection", "patches_integer", "patches_fractional", "q
 #[derive(Clone, Copy, Default)]
 struct Found {
     triangles: u64,
+    /// Of these, those with a corner in the image.
+    seen: u64,
     edges: u64,
     within: u64,
     /// Sum of log₂ of lengths over the target.
@@ -59,6 +61,7 @@ impl Found {
     fn plus(self, other: Found) -> Found {
         Found {
             triangles: self.triangles + other.triangles,
+            seen: self.seen + other.seen,
             edges: self.edges + other.edges,
             within: self.within + other.within,
             log: self.log + other.log,
@@ -73,6 +76,7 @@ impl Found {
         for corners in triangles {
             found.triangles += 1;
             let seen = corners.map(|p| view.sees(p));
+            found.seen += u64::from(seen.contains(&true));
             for (i, j) in [(0, 1), (1, 2), (2, 0)].into_iter().filter(|(i, j)| seen[*i] || seen[*j]) {
                 let (mut length, mut distance) = (0.0, 0.0);
                 for k in 0..3 {
@@ -167,7 +171,8 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
         .column("edge")
         .column("variant")
         .column("triangles")
-        .column("over bisection")
+        .column("with a corner in the image")
+        .column("these, over bisection")
         .column("edges within a factor 2")
         .column("geometric mean of edges, in targets")
         .column("patch edges that 64 pieces do not suffice")
@@ -190,7 +195,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
             let mine = jobs.iter().zip(&each).filter(|((w, _), _)| *w == which);
             mine.fold(Found::default(), |sum, (_, found)| sum.plus(*found))
         };
-        let base = of(0).triangles as f64;
+        let base = of(0).seen as f64;
         for which in 0..4 {
             let found = of(which);
             let within = 100.0 * found.within as f64 / found.edges.max(1) as f64;
@@ -198,6 +203,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
             let [all, most] = found.patch_edges.map(|n| n as f64);
             let name = format!("edge{target}.{}", IDS[which]);
             outcome.metric(&format!("{name}.triangles"), found.triangles as f64)?;
+            outcome.metric(&format!("{name}.triangles_in_image"), found.seen as f64)?;
             outcome.metric(&format!("{name}.within_factor_2_percent"), within)?;
             outcome.metric(&format!("{name}.mean_edge_in_targets"), mean)?;
             let (limited, none) = (100.0 * most / all.max(1.0), || Cell::missing("not counted at this length"));
@@ -205,7 +211,8 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
                 Cell::number(target, "px", 2),
                 NAMES[which].into(),
                 Cell::count(found.triangles),
-                Cell::number(found.triangles as f64 / base, "", 3),
+                Cell::count(found.seen),
+                Cell::number(found.seen as f64 / base, "", 3),
                 Cell::number(within, "%", 3),
                 Cell::number(mean, "", 3),
                 if all > 0.0 { Cell::number(limited, "%", 3) } else { Cell::missing("no limit") },
@@ -215,14 +222,19 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
             if all > 0.0 {
                 outcome.metric(&format!("{name}.limited_percent"), limited)?;
             }
-            series[which].push((target, found.triangles as f64));
+            series[which].push((target, found.seen as f64));
             cracks += found.cracks;
             broken[which] += found.broken;
             progress.advance(1);
         }
     }
     outcome.table(table)?;
-    let mut plot = Plot::new("triangles", "Triangles of three cameras", Axis::log("edge (px)"), Axis::log("triangles"));
+    let mut plot = Plot::new(
+        "triangles",
+        "Triangles with a corner in the image, three cameras",
+        Axis::log("edge (px)"),
+        Axis::log("triangles"),
+    );
     for (name, points) in NAMES.iter().zip(series) {
         plot = plot.series(name, Style::LineAndPoints, points);
     }

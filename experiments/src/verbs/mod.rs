@@ -10,6 +10,7 @@ pub mod implicit;
 pub mod info;
 pub mod mesh;
 pub mod on_adapter;
+mod paged_ground;
 mod picture;
 pub mod render;
 pub mod tessellate;

@@ -1,6 +1,6 @@
 //! `terrain tessellate`: a raster seen from near, with detail made on the way: a picture, a flight, or the refined mesh.
 
-use super::{Rectangle, SceneArguments, Size, VerbError, positive, print, progress, tree_ground};
+use super::{Rectangle, SceneArguments, Size, VerbError, paged_ground, positive, print, progress, tree_ground};
 use crate::tessellation::picture::{Look, Picture, Scene};
 use clap::{Args, ValueEnum};
 use glam::{DVec2, DVec3};
@@ -29,6 +29,9 @@ pub struct Tessellate {
     /// Samples of a scene along its longer side
     #[arg(long, value_name = "N", default_value_t = 1025, value_parser = clap::value_parser!(u32).range(3..=16_385))]
     samples: u32,
+    /// Reads a .raw or .r32 raster in pages and keeps so many megabytes of them, at least 16 [default: all of the raster]
+    #[arg(long, value_name = "MEGABYTES", value_parser = clap::value_parser!(u32).range(16..=1_000_000), conflicts_with = "region")]
+    resident: Option<u32>,
     /// South-west and north-east corners of a scene's part, metres [default: a box around all that has weight]
     #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
     region: Option<Rectangle>,
@@ -165,10 +168,11 @@ impl Tessellate {
             let drawn = self.draw(&work, view, &self.out)?;
             let share = 100.0 * drawn.background as f64 / (self.size.width * self.size.height) as f64;
             return print(&format!(
-                "{}: {} triangles in {} leaves, sky in {share:.1} % of the picture",
+                "{}: {} triangles in {} leaves, sky in {share:.1} % of the picture{}",
                 self.out.display(),
                 drawn.triangles,
                 drawn.leaves,
+                paged_ground::told(&work.ground),
             ));
         };
         let from = self.camera.unwrap_or(to);
@@ -194,6 +198,10 @@ impl Tessellate {
 
     fn work(&self) -> Result<Work, VerbError> {
         let named = |problem: &dyn std::fmt::Display| VerbError::Other(format!("{}: {problem}", self.input.display()));
+        if let Some(megabytes) = self.resident {
+            let (ground, origin) = paged_ground::open(&self.input, self.phong, megabytes)?;
+            return self.detailed(ground, origin);
+        }
         let text = self.input.to_string_lossy();
         let tree = text.starts_with("builtin:") || text.to_ascii_lowercase().ends_with(".ron");
         let grid: Grid<f64> = if tree {
@@ -202,7 +210,11 @@ impl Tessellate {
             read_grid(&self.input)?.map(None, |z| z.map_or(f64::NAN, f64::from))
         };
         let ground = Ground::new(&grid, self.phong).map_err(|error| named(&error))?;
-        let spacing = grid.spacing().max_element();
+        self.detailed(ground, grid.origin())
+    }
+
+    fn detailed(&self, ground: Ground, origin: DVec2) -> Result<Work, VerbError> {
+        let spacing = ground.spacing().into_iter().fold(0.0, f64::max);
         let octaves = Octaves {
             octaves: self.octaves.max(1),
             frequency: 1.0 / self.wavelength.unwrap_or(2.0 * spacing),
@@ -218,7 +230,7 @@ impl Tessellate {
         (detail.floor, detail.elevation) = ([self.flat, self.low], [low, high]);
         // Sharp is a hollow that a slope of 1 in 2 turns within a sample.
         detail.concavity = self.hollow.map(|floor| [floor, 0.5 / spacing]);
-        Ok(Work { ground, detail, origin: grid.origin() })
+        Ok(Work { ground, detail, origin })
     }
 
     /// The ground of a scene, square samples as nearly as they fit.
@@ -265,6 +277,7 @@ impl Tessellate {
         let refinement = Refinement::new(&work.ground, &work.detail, view, self.edge_px, FINEST);
         let scene = Scene { ground: &work.ground, detail: &work.detail, view, refinement, look };
         let picture = scene.picture([self.size.width, self.size.height]);
+        paged_ground::sound(&self.input, &work.ground)?;
         write_png_rgb8(out, self.size.width, self.size.height, &picture.pixels)?;
         Ok(picture)
     }
@@ -286,6 +299,7 @@ impl Tessellate {
             mesh.triangles.push(corners);
         }
         mesh.normals = Some(normals);
+        paged_ground::sound(&self.input, &work.ground)?;
         write_mesh(&self.out, &mesh)?;
         print(&format!(
             "{}: {} vertices, {} triangles in {} leaves",

@@ -26,11 +26,12 @@ const SLACK: f32 = 16.0 / 16_777_216.0;
 /// The enclosures of a ground, rounded outward to `f32`.
 #[derive(Clone, Debug)]
 pub struct Pyramid {
+    /// Blocks along a side of the finest level.
     cells: u32,
     levels: u32,
     /// The raster's north-east corner.
     end: Vertex,
-    /// Lowest, highest and farthest move of each block, from single cells to the whole.
+    /// Lowest, highest and farthest move of each block, from the finest to the whole.
     blocks: Vec<[f32; 3]>,
 }
 
@@ -45,7 +46,7 @@ impl Pyramid {
         let outward = |block: &Block| [-up(-block.elevation[0]), up(block.elevation[1]), up(block.moved)];
         let levels = ground.pyramid();
         let blocks = levels.iter().flatten().map(outward).collect();
-        Pyramid { cells: ground.cells() as u32, levels: levels.len() as u32, end: ground.end(), blocks }
+        Pyramid { cells: ground.blocks() as u32, levels: levels.len() as u32, end: ground.end(), blocks }
     }
     /// As the device reads it.
     pub fn words(&self) -> Vec<u32> {

@@ -2,8 +2,12 @@
 //! makes of each block of cells. A raster of another size has its south-west part of them: vertices beyond its north and east
 //! borders are drawn back to these, so that triangles beyond have no area and those across end there.
 
+pub use super::page::{Block, Sample};
+use super::page::{Frame, Page, Window};
+use super::pages::{Elevations, LEVELS, PAGE, Pages, Residence};
 use super::triangle::{SIDE, Triangle, Vertex};
-use super::view::unit;
+use std::ops::Deref;
+use std::sync::Arc;
 use terrain_model::grid::Grid;
 use terrain_model::real::Real;
 use thiserror::Error;
@@ -33,22 +37,9 @@ pub enum GroundError {
     /// Phong's α lies outside [0, 1].
     #[error("α = {0}; Phong tessellation takes 0 (flat) to 1")]
     Alpha(f64),
-}
-
-/// What a block of cells can become before noise: elevations, and how far a point can move from its undisplaced place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
-    /// Lowest and highest elevation, metres.
-    pub elevation: [f64; 2],
-    /// The farthest move, metres.
-    pub moved: f64,
-}
-
-impl Block {
-    fn union(self, other: Block) -> Block {
-        let ([a, b], [c, d]) = (self.elevation, other.elevation);
-        Block { elevation: [a.min(c), b.max(d)], moved: self.moved.max(other.moved) }
-    }
+    /// Elevations could not be read.
+    #[error("{0}")]
+    Source(String),
 }
 
 /// A heightfield ready for tessellation. Coordinates are metres from its south-west corner.
@@ -58,11 +49,33 @@ pub struct Ground {
     inside: [usize; 2],
     spacing: [f64; 2],
     alpha: f64,
-    heights: Vec<f64>,
-    normals: Vec<[f64; 3]>,
-    curvatures: Vec<f64>,
-    /// Level k has (cells >> k)² blocks.
-    pyramid: Vec<Vec<Block>>,
+    store: Store,
+    /// Levels of enclosures below the first of `top`.
+    base: usize,
+    /// Level k has (cells >> (base + k))² blocks.
+    top: Vec<Vec<Block>>,
+    range: [f64; 2],
+}
+
+enum Store {
+    Whole(Page),
+    Paged(Pages),
+}
+
+/// A page, where it is.
+enum Held<'a> {
+    Whole(&'a Page),
+    Paged(Arc<Page>),
+}
+
+impl Deref for Held<'_> {
+    type Target = Page;
+    fn deref(&self) -> &Page {
+        match self {
+            Held::Whole(page) => page,
+            Held::Paged(page) => page,
+        }
+    }
 }
 
 impl Ground {
@@ -72,86 +85,56 @@ impl Ground {
     /// [`GroundError`].
     pub fn new(grid: &Grid<f64>, alpha: f64) -> Result<Ground, GroundError> {
         let (width, height, spacing) = (grid.width(), grid.height(), grid.spacing());
-        if !(2..=16_385).contains(&width) || !(2..=16_385).contains(&height) {
-            return Err(GroundError::Size { width, height });
-        }
+        check([width, height], alpha)?;
         if grid.crs().is_some_and(terrain_model::grid::Crs::is_geographic) {
             return Err(GroundError::Geographic);
-        }
-        if !(0.0..=1.0).contains(&alpha) {
-            return Err(GroundError::Alpha(alpha));
         }
         if let Some(at) = grid.values().iter().position(|z| !z.is_finite()) {
             return Err(GroundError::Hole { i: at % width, j: at / width });
         }
         let cells = (width.max(height) - 1).next_power_of_two();
-        let n = cells + 1;
+        let (inside, spacing) = ([width - 1, height - 1], spacing.to_array());
+        let window = Window { first: [0; 2], width, values: grid.values().to_vec() };
+        let mut page = Frame { inside, spacing, alpha }.page([0; 2], cells, &window);
+        let (top, range) = (page.take_pyramid(), page.range());
+        Ok(Ground { cells, inside, spacing, alpha, store: Store::Whole(page), base: 0, top, range })
+    }
+
+    /// The same of a source that is read page by page, [`PAGE`] cells wide, with at most `most` pages in memory (at least 4). All of it is
+    /// read once now, for the enclosures that stay.
+    ///
+    /// # Errors
+    /// [`GroundError`]; sources are expected to refuse degrees themselves.
+    pub fn paged(source: Box<dyn Elevations>, alpha: f64, most: usize) -> Result<Ground, GroundError> {
+        let ([width, height], spacing) = (source.size(), source.spacing());
+        check([width, height], alpha)?;
+        let cells = (width.max(height) - 1).next_power_of_two().max(PAGE);
         let inside = [width - 1, height - 1];
-        let nearest = |at: usize| [(at % n).min(inside[0]), (at / n).min(inside[1])];
-        let z = |i: usize, j: usize| grid.values()[j * width + i];
-        let heights = (0..n * n).map(nearest).map(|[i, j]| z(i, j)).collect();
-        let [sx, sy] = spacing.to_array();
-        let normals = (0..n * n)
-            .map(nearest)
-            .map(|[i, j]| {
-                let (w, e) = (i.saturating_sub(1), (i + 1).min(inside[0]));
-                let (so, no) = (j.saturating_sub(1), (j + 1).min(inside[1]));
-                let dx = (z(e, j) - z(w, j)) / ((e - w) as f64 * sx);
-                let dy = (z(i, no) - z(i, so)) / ((no - so) as f64 * sy);
-                unit([-dx, -dy, 1.0])
-            })
-            .collect();
-        let bend = |before: f64, here: f64, after: f64, s: f64| (before - 2.0 * here + after) / (s * s);
-        let curvatures = (0..n * n)
-            .map(nearest)
-            .map(|at| {
-                // At the border the nearest inner sample's.
-                let [i, j] = [0, 1].map(|k| at[k].clamp(1, inside[k].max(2) - 1));
-                let ([w, e], [so, no]) = ([i - 1, (i + 1).min(inside[0])], [j - 1, (j + 1).min(inside[1])]);
-                bend(z(w, j), z(i, j), z(e, j), sx) + bend(z(i, so), z(i, j), z(i, no), sy)
-            })
-            .collect();
-        let mut ground =
-            Ground { cells, inside, spacing: [sx, sy], alpha, heights, normals, curvatures, pyramid: Vec::new() };
-        ground.pyramid = ground.build();
-        Ok(ground)
+        let (pages, top, range) = Pages::new(source, Frame { inside, spacing, alpha }, cells, most)?;
+        Ok(Ground { cells, inside, spacing, alpha, store: Store::Paged(pages), base: LEVELS, top, range })
     }
-
-    /// Phong tessellation moves p by −α Σ wᵢ ((p − pᵢ)·nᵢ) nᵢ, so by at most α maxᵢ |(p − pᵢ)·nᵢ|, and each of these
-    /// by at most sx|nx| + sy|ny| + (highest − lowest)·nz within a cell of sides sx and sy. 1e-9 covers rounding.
-    fn build(&self) -> Vec<Vec<Block>> {
-        let [sx, sy] = self.spacing;
-        let cell = |at: usize| {
-            let corners = self.corners(at % self.cells, at / self.cells);
-            let z = corners.map(|c| self.heights[c]);
-            let (low, high) = z.iter().fold((f64::MAX, f64::MIN), |(l, h), z| (l.min(*z), h.max(*z)));
-            let off = corners.iter().fold(0.0f64, |most, c| {
-                let [x, y, z] = self.normals[*c];
-                most.max(sx * x.abs() + sy * y.abs() + (high - low) * z)
-            });
-            let rounding = 1e-9 * (low.abs().max(high.abs()) + sx + sy);
-            let moved = self.alpha * off + rounding;
-            Block { elevation: [low - moved, high + moved], moved }
-        };
-        let mut pyramid = vec![(0..self.cells * self.cells).map(cell).collect::<Vec<Block>>()];
-        let mut side = self.cells;
-        while side > 1 {
-            let below = &pyramid[pyramid.len() - 1];
-            let half = side / 2;
-            let block = |at: usize| {
-                let at = 2 * (at / half) * side + 2 * (at % half);
-                below[at].union(below[at + 1]).union(below[at + side]).union(below[at + side + 1])
-            };
-            let next = (0..half * half).map(block).collect();
-            pyramid.push(next);
-            side = half;
+    /// What a source on disk said when it failed after it was opened; where it did the ground is level.
+    pub fn failure(&self) -> Option<String> {
+        match &self.store {
+            Store::Whole(_) => None,
+            Store::Paged(pages) => pages.failure(),
         }
-        pyramid
     }
-
-    fn corners(&self, i: usize, j: usize) -> [usize; 4] {
-        let at = j * (self.cells + 1) + i;
-        [at, at + 1, at + self.cells + 1, at + self.cells + 2]
+    /// How many pages there are and were needed; none of a raster in memory.
+    pub fn residence(&self) -> Option<Residence> {
+        match &self.store {
+            Store::Whole(_) => None,
+            Store::Paged(pages) => Some(pages.residence()),
+        }
+    }
+    fn page(&self, cell: [usize; 2]) -> Held<'_> {
+        match &self.store {
+            Store::Whole(page) => Held::Whole(page),
+            Store::Paged(pages) => Held::Paged(pages.with(cell)),
+        }
+    }
+    fn corners(&self, cell: [usize; 2]) -> [Sample; 4] {
+        self.page(cell).corners(cell)
     }
     /// Cells along a side: a power of two.
     pub fn cells(&self) -> usize {
@@ -165,17 +148,20 @@ impl Ground {
     pub fn alpha(&self) -> f64 {
         self.alpha
     }
-    /// Elevation and normal of every sample, row by row from the south-west.
-    pub fn samples(&self) -> impl Iterator<Item = (f64, [f64; 3])> {
-        self.heights.iter().copied().zip(self.normals.iter().copied())
+    /// Every sample, row by row from the south-west; `None` of a raster in pages.
+    pub fn samples(&self) -> Option<&[Sample]> {
+        match &self.store {
+            Store::Whole(page) => Some(page.samples()),
+            Store::Paged(_) => None,
+        }
     }
-    /// Laplacian of the elevation at every sample, 1/m, in the same order.
-    pub fn curvatures(&self) -> &[f64] {
-        &self.curvatures
-    }
-    /// Enclosures from single cells to the whole, each level row by row from the south-west.
+    /// Enclosures that are in memory, from the finest to the whole, each level row by row from the south-west.
     pub fn pyramid(&self) -> &[Vec<Block>] {
-        &self.pyramid
+        &self.top
+    }
+    /// Blocks along a side of the finest of [`Ground::pyramid`].
+    pub fn blocks(&self) -> usize {
+        self.cells >> self.base
     }
     /// The vertex itself, or the nearest on the raster's border.
     pub fn within(&self, vertex: Vertex) -> Vertex {
@@ -220,17 +206,24 @@ impl Ground {
     pub fn enclosure(&self, centre: Vertex, reach: i64) -> Block {
         let unit = i64::from(SIDE) / self.cells as i64;
         let mut level = 0;
-        while level + 1 < self.pyramid.len() && (unit << level) * 2 < reach {
+        while level + 1 < self.base + self.top.len() && (unit << level) * 2 < reach {
             level += 1;
         }
         let side = self.cells >> level;
         let index = |x: i64| (x.max(0) / (unit << level)).min(side as i64 - 1) as usize;
+        let block = |i: usize, j: usize| match level.checked_sub(self.base) {
+            Some(above) => self.top[above][j * side + i],
+            None => {
+                let across = PAGE >> level;
+                let page = self.page([i << level, j << level]);
+                page.pyramid()[level][(j % across) * across + i % across]
+            }
+        };
         let [x, y] = centre.map(i64::from);
-        let blocks = &self.pyramid[level];
-        let mut whole = blocks[index(y) * side + index(x)];
+        let mut whole = block(index(x), index(y));
         for j in index(y - reach - 1)..=index(y + reach) {
             for i in index(x - reach - 1)..=index(x + reach) {
-                whole = whole.union(blocks[j * side + i]);
+                whole = whole.union(block(i, j));
             }
         }
         whole
@@ -257,14 +250,14 @@ impl Ground {
         let one = R::one();
         let Place { cell, share: [u, v], plan, datum } = *place;
         let weights = [(one - u) * (one - v), u * (one - v), (one - u) * v, u * v];
-        let corners = self.corners(cell[0], cell[1]);
+        let corners = self.corners(cell);
         let mean = |values: [R; 4]| (0..4).map(|k| weights[k] * values[k]).fold(R::zero(), |sum, part| sum + part);
-        let heights = corners.map(|c| R::constant(self.heights[c]) - R::constant(datum));
+        let heights = corners.map(|c| R::constant(c.height) - R::constant(datum));
         let z = mean(heights);
         let [sx, sy] = self.spacing.map(R::constant);
         let (mut shift, mut normal) = ([R::zero(); 3], [R::zero(); 3]);
         for k in 0..4 {
-            let n = self.normals[corners[k]].map(R::constant);
+            let n = corners[k].normal.map(R::constant);
             let side = |axis: usize| R::constant([(k % 2) as f64, (k / 2) as f64][axis]);
             let from = [(u - side(0)) * sx, (v - side(1)) * sy, z - heights[k]];
             let off = dot3(from, n);
@@ -279,7 +272,7 @@ impl Ground {
         Smooth {
             position: std::array::from_fn(|k| flat[k] + R::constant(self.alpha) * shift[k]),
             normal: normal.map(|x| x / length),
-            curvature: mean(corners.map(|c| R::constant(self.curvatures[c]))),
+            curvature: mean(corners.map(|c| R::constant(c.curvature))),
         }
     }
     /// Elevation of the raster itself, bilinear, metres; nearest beyond the borders.
@@ -287,17 +280,24 @@ impl Ground {
         let place = [0, 1].map(|k| (at[k] / self.spacing[k]).clamp(0.0, self.inside[k] as f64));
         let cell: [usize; 2] = [0, 1].map(|k| (place[k] as usize).min(self.inside[k] - 1));
         let [u, v] = [0, 1].map(|k| place[k] - cell[k] as f64);
-        let [a, b, c, d] = self.corners(cell[0], cell[1]).map(|c| self.heights[c]);
+        let [a, b, c, d] = self.corners(cell).map(|c| c.height);
         (a * (1.0 - u) + b * u) * (1.0 - v) + (c * (1.0 - u) + d * u) * v
     }
     /// Lowest and highest elevation, without displacement.
     pub fn range(&self) -> [f64; 2] {
-        self.heights.iter().fold([f64::MAX, f64::MIN], |[low, high], z| [low.min(*z), high.max(*z)])
+        self.range
     }
     /// West to east and south to north, metres between samples.
     pub fn spacing(&self) -> [f64; 2] {
         self.spacing
     }
+}
+
+fn check([width, height]: [usize; 2], alpha: f64) -> Result<(), GroundError> {
+    if !(2..=16_385).contains(&width) || !(2..=16_385).contains(&height) {
+        return Err(GroundError::Size { width, height });
+    }
+    if (0.0..=1.0).contains(&alpha) { Ok(()) } else { Err(GroundError::Alpha(alpha)) }
 }
 
 /// Do all corners lie on the north or east border of a raster that ends at `end`, or beyond?

@@ -7,6 +7,8 @@ pub mod decision;
 pub mod device;
 pub mod displace;
 pub mod ground;
+mod page;
+pub mod pages;
 pub mod patches;
 pub mod popping;
 pub mod quadtree;

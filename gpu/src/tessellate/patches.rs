@@ -4,6 +4,7 @@
 
 use super::census::odd_edges;
 use super::refine::Refinement;
+use super::triangle::SIDE;
 
 /// Above 1: what a patch with one edge in pieces has inside at least, as on hardware.
 const INSIDE: f64 = 1.0 + 1.0 / 65536.0;
@@ -126,7 +127,8 @@ impl<'a> Patches<'a> {
     }
     fn hidden(&self, cell: [u32; 2]) -> bool {
         let ground = self.refinement.ground();
-        let block = ground.pyramid()[0][cell[1] as usize * ground.cells() + cell[0] as usize];
+        let half = SIDE / ground.cells() as u32 / 2;
+        let block = ground.enclosure(cell.map(|k| (2 * k + 1) * half), i64::from(half) - 1);
         let block = self.refinement.detail().widen(block);
         let at = |k: usize, step: u32| f64::from(cell[k] + step) * ground.spacing()[k];
         let low = [at(0, 0) - block.moved, at(1, 0) - block.moved, block.elevation[0]];

@@ -26,6 +26,7 @@ pub mod obj;
 pub mod ply;
 pub mod png;
 pub mod raw;
+mod raw_window;
 pub mod sidecar;
 mod wkt;
 
@@ -37,6 +38,7 @@ use std::path::Path;
 pub use error::{ReadError, ReadErrorKind, WriteError};
 pub use local_metres::{LocalMetresError, LocalMetresReport, local_metres};
 pub use png::write_png_rgb8;
+pub use raw_window::RawWindows;
 
 use crate::grid::Grid;
 use crate::mesh::Mesh;

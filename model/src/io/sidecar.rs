@@ -166,6 +166,13 @@ impl Sidecar {
         self.grid_of_f32(file, &values)
     }
 
+    /// Four samples of no meaning, where the raster begins: its place, spacing, marker and reference system.
+    pub fn place(&self, file: &str) -> Result<Grid<f32>, ReadError> {
+        let grid = Grid::new(self.origin.into(), self.spacing.into(), 2, 2, vec![0.0; 4])
+            .map_err(|error| ReadError::grid(file, "origin and spacing in the sidecar", &error))?;
+        Ok(grid.with_no_data(self.marker()).with_crs(self.crs.clone()))
+    }
+
     fn marker(&self) -> Option<f32> {
         self.no_data.map(|marker| match marker {
             Marker::Number(value) => value,

@@ -5,7 +5,7 @@ use super::TessellateError;
 use super::refine::{ARGUMENTS, Refiner, bytes};
 use crate::context::{Context, ContextError};
 use crate::tessellate::displace::{Rule, Space};
-use crate::tessellate::ground::Ground;
+use crate::tessellate::ground::{Ground, Sample};
 use crate::tessellate::surface::Surface;
 use crate::tessellate::triangle::{Triangle, Vertex};
 use terrain_model::noise::{GRADIENT2_RANGE, GRADIENT3_RANGE, Octave, mix};
@@ -112,7 +112,7 @@ impl<'c> Displacer<'c> {
     /// Compiles the kernel and uploads the samples of `ground`.
     ///
     /// # Errors
-    /// When the device refuses, or a binding does not hold the samples.
+    /// When the device refuses, a binding does not hold the samples, or the ground is in pages.
     pub fn new(context: &'c Context, ground: &Ground) -> Result<Displacer<'c>, TessellateError> {
         Displacer::compile(context, DISPLACE, ground)
     }
@@ -122,12 +122,12 @@ impl<'c> Displacer<'c> {
         source: &str,
         ground: &Ground,
     ) -> Result<Displacer<'c>, TessellateError> {
-        let words: Vec<u32> = ground
-            .samples()
-            .flat_map(|(height, [x, y, z])| [height, x, y, z].map(|value| (value as f32).to_bits()))
-            .collect();
+        let samples = ground.samples().ok_or(TessellateError::Paged)?;
+        let bits = |x: f64| (x as f32).to_bits();
+        let of = |s: &Sample| [bits(s.height), bits(s.normal[0]), bits(s.normal[1]), bits(s.normal[2])];
+        let words: Vec<u32> = samples.iter().flat_map(of).collect();
         bytes(context, "samples of the ground", 4, words.len() as u64)?;
-        let bends: Vec<u32> = ground.curvatures().iter().map(|value| (*value as f32).to_bits()).collect();
+        let bends: Vec<u32> = samples.iter().map(|s| bits(s.curvature)).collect();
         let upload = || {
             let samples = context.buffer_of("samples", &words, BufferUsages::STORAGE);
             (samples, context.buffer_of("curvatures", &bends, BufferUsages::STORAGE))

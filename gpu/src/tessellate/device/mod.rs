@@ -33,6 +33,9 @@ pub enum TessellateError {
         /// How many fit.
         capacity: u32,
     },
+    /// Only some of the ground is in memory.
+    #[error("the ground is in pages on disk, and the device wants all of it: take a part, or the processor")]
+    Paged,
     /// The device failed.
     #[error(transparent)]
     Context(#[from] ContextError),
