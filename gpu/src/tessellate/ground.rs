@@ -4,7 +4,7 @@
 
 pub use super::page::{Block, Sample};
 use super::page::{Frame, Page, Window};
-use super::pages::{Elevations, LEVELS, PAGE, Pages, Residence};
+use super::pages::{Elevations, LEVELS, PAGE, Pages, Residence, Summary};
 use super::triangle::{SIDE, Triangle, Vertex};
 use std::ops::Deref;
 use std::sync::Arc;
@@ -110,7 +110,7 @@ impl Ground {
         check([width, height], alpha)?;
         let cells = (width.max(height) - 1).next_power_of_two().max(PAGE);
         let inside = [width - 1, height - 1];
-        let (pages, top, range) = Pages::new(source, Frame { inside, spacing, alpha }, cells, most)?;
+        let (pages, Summary { top, range }) = Pages::new(source, Frame { inside, spacing, alpha }, cells, most)?;
         Ok(Ground { cells, inside, spacing, alpha, store: Store::Paged(pages), base: LEVELS, top, range })
     }
     /// What a source on disk said when it failed after it was opened; where it did the ground is level.

@@ -40,6 +40,14 @@ pub struct Residence {
     pub read: usize,
 }
 
+/// What stays of all pages.
+pub(super) struct Summary {
+    /// Enclosures of 16 cells and above, each level row by row.
+    pub top: Vec<Vec<Block>>,
+    /// Lowest and highest elevation.
+    pub range: [f64; 2],
+}
+
 type Kept = HashMap<[usize; 2], (Arc<Page>, AtomicU64)>;
 
 /// Pages of one raster.
@@ -62,7 +70,7 @@ impl Pages {
         frame: Frame,
         cells: usize,
         most: usize,
-    ) -> Result<(Pages, Vec<Vec<Block>>, [f64; 2]), GroundError> {
+    ) -> Result<(Pages, Summary), GroundError> {
         let along = cells / PAGE;
         let pages = Pages {
             source,
@@ -87,7 +95,7 @@ impl Pages {
         };
         let top = halved((0..wide * wide).map(block).collect(), wide);
         let range = all.iter().fold([f64::MAX, f64::MIN], |[low, high], (_, r)| [low.min(r[0]), high.max(r[1])]);
-        Ok((pages, top, range))
+        Ok((pages, Summary { top, range }))
     }
     fn load(&self, page: [usize; 2]) -> Result<Page, GroundError> {
         let first = page.map(|k| k * PAGE);
