@@ -5,6 +5,7 @@ use crate::curve::Curve;
 use crate::fields::{Fields, Settings, converge};
 use crate::raster::{Domain, Raster, rasterise, rows_of};
 use crate::solver::SolveError;
+use crate::solver::engine::Processor;
 
 /// See the module. It solves with [`Settings::solver`] converged; the paper's schedule has no first guess and is not for editing.
 #[derive(Clone, Debug)]
@@ -22,7 +23,7 @@ impl Editor {
     /// As [`crate::fields::diffuse`].
     pub fn new(curves: Vec<Curve>, domain: Domain, settings: Settings) -> Result<Editor, SolveError> {
         let raster = rasterise(&curves, &domain);
-        let fields = converge(&raster, domain, &settings, None)?;
+        let fields = converge(&raster, domain, &settings, None, &mut Processor)?;
         Ok(Editor { curves, settings, raster, fields })
     }
     /// The curves as they are.
@@ -70,7 +71,7 @@ impl Editor {
             return Ok(());
         };
         let before = self.raster.redraw(&curves, &domain, rows.clone());
-        match converge(&self.raster, domain, &self.settings, Some(&self.fields)) {
+        match converge(&self.raster, domain, &self.settings, Some(&self.fields), &mut Processor) {
             Ok(fields) => {
                 (self.curves, self.fields) = (curves, fields);
                 Ok(())

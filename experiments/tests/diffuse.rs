@@ -130,3 +130,33 @@ fn the_raster_does_not_depend_on_the_number_of_threads() {
     assert!(one == run("2.tif", "2", "builtin:fig5_peak"));
     assert!(one != run("3.tif", "2", "builtin:fig5_ridge"));
 }
+
+#[test]
+fn an_adapter_writes_the_raster_of_the_processor_or_says_what_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (cpu, gpu) = (folder.path().join("cpu.tif"), folder.path().join("gpu.tif"));
+    let run = ["diffuse", "builtin:fig5_ridge", "--size", "65", "--out"];
+    let on_adapter = [&run[..], &[text(&gpu), "--backend", "gpu"]].concat();
+    let Some(adapter) = terrain_gpu::context::describe() else {
+        assert!(!terrain_gpu::context::required(), "an adapter is required");
+        eprintln!("skipped: no adapter");
+        one_line(&on_adapter, &["install a driver"]);
+        return;
+    };
+    ok(&[&run[..], &[text(&cpu)]].concat());
+    assert!(ok(&on_adapter).contains(&format!("on {}", adapter.name)));
+    let read = |file: &std::path::Path| io::read_grid(file).unwrap().values().to_vec();
+    let (expected, found) = (read(&cpu), read(&gpu));
+    let [low, high] =
+        expected.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], h| [low.min(*h), high.max(*h)]);
+    let furthest = |other: &[f32]| expected.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    // Both leave 1e-8 of the field, of which the system makes 10⁴ times as much at the most on so few nodes.
+    assert!(furthest(&found) <= 1e-4 * (high - low), "{}", furthest(&found));
+    // Another solver is further away, so the comparison can tell.
+    ok(&[&on_adapter[..], &["--solver", "paper"]].concat());
+    assert!(furthest(&read(&gpu)) > 1e-3 * (high - low));
+    one_line(
+        &[&on_adapter[..], &["--adapter", "no such"]].concat(),
+        &["no such", &adapter.name.replace(" (software)", "")],
+    );
+}

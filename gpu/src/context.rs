@@ -1,8 +1,9 @@
 //! One place that chooses an adapter, opens a device and moves words to and from it. An adapter that is emulated on the
 //! processor says so; a machine without one gives an error that says what to install.
 
+use crate::meter::Meter;
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use wgpu::util::DeviceExt;
 
 /// The environment variable that names the adapter to use: any part of its name, case ignored.
@@ -136,6 +137,7 @@ pub struct Context {
     description: Description,
     device: wgpu::Device,
     queue: wgpu::Queue,
+    meter: Meter,
 }
 
 impl Context {
@@ -153,10 +155,13 @@ impl Context {
     /// When it gives none.
     pub fn on(adapter: &wgpu::Adapter) -> Result<Context, ContextError> {
         let info = adapter.get_info();
-        let request = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
+        // The one feature beyond the least: it only tells the time.
+        let required_features = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
+        let request =
+            wgpu::DeviceDescriptor { required_features, required_limits: adapter.limits(), ..Default::default() };
         let (device, queue) = pollster::block_on(adapter.request_device(&request))
             .map_err(|source| ContextError::Device { adapter: info.name.clone(), source })?;
-        Ok(Context { description: Description::new(&info), device, queue })
+        Ok(Context { description: Description::new(&info), device, queue, meter: Meter::default() })
     }
 
     /// The adapter in words.
@@ -260,6 +265,11 @@ impl Context {
         &self.queue
     }
 
+    /// Its meter.
+    pub(crate) fn meter(&self) -> &Meter {
+        &self.meter
+    }
+
     /// Runs `action`; what the device refuses in it is an error of `kernel`.
     ///
     /// # Errors
@@ -277,12 +287,12 @@ impl Context {
 
     /// A buffer that holds `words`.
     pub(crate) fn buffer_of(&self, label: &'static str, words: &[u32], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let start = Instant::now();
         let contents: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some(label),
-            contents: &contents,
-            usage,
-        })
+        let descriptor = wgpu::util::BufferInitDescriptor { label: Some(label), contents: &contents, usage };
+        let buffer = self.device.create_buffer_init(&descriptor);
+        self.meter.uploaded(contents.len() as u64, start);
+        buffer
     }
 
     /// The first `count` words of a buffer that can be copied from.
@@ -342,11 +352,11 @@ impl Context {
         buffers.push(output.clone());
         let bindings = self.bind(&kernel.get_bind_group_layout(0), &buffers.iter().collect::<Vec<_>>());
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(kernel);
-        pass.set_bind_group(0, &bindings, &[]);
-        pass.dispatch_workgroups(groups[0], groups[1], 1);
-        drop(pass);
+        self.pass(&mut encoder, |pass| {
+            pass.set_pipeline(kernel);
+            pass.set_bind_group(0, &bindings, &[]);
+            pass.dispatch_workgroups(groups[0], groups[1], 1);
+        });
         encoder.copy_buffer_to_buffer(&output, 0, &host, 0, size);
         let submission = self.queue.submit([encoder.finish()]);
         (host, submission)
@@ -358,6 +368,12 @@ impl Context {
         (host, submission): (wgpu::Buffer, wgpu::SubmissionIndex),
     ) -> Result<Vec<u32>, ContextError> {
         let (sender, receiver) = mpsc::channel();
+        if self.meter.is_on() {
+            // So that what follows is the read-back alone.
+            let wait = wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(TIMEOUT) };
+            self.device.poll(wait).map_err(|source| ContextError::Poll { source })?;
+        }
+        let start = Instant::now();
         host.map_async(wgpu::MapMode::Read, .., move |result| {
             // The receiver lives until the end of this function; without it nobody waits for the answer.
             let _ = sender.send(result);
@@ -367,7 +383,9 @@ impl Context {
         let failed = |error: &dyn std::fmt::Display| ContextError::ReadBack(error.to_string());
         receiver.recv_timeout(TIMEOUT).map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
         let view = host.get_mapped_range(..).map_err(|error| failed(&error))?;
-        Ok(view.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
+        let words = view.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
+        self.meter.read(view.len() as u64, start.elapsed());
+        Ok(words)
     }
 }
 

@@ -16,11 +16,11 @@ use std::time::Instant;
 
 /// Cells along the shorter side of the coarsest raster, at least.
 const COARSEST: usize = 8;
-/// Iterations per raster above: 5(l − i).
-const ITERATIONS: usize = 5;
+/// Iterations on the i-th of l rasters are 5(l − i), this many times l − i.
+pub const ITERATIONS: usize = 5;
 
 /// The rasters of the cascade, coarsest first; each has about half the cells of the next and the same corners.
-fn domains(finest: Domain) -> Vec<Domain> {
+pub fn domains(finest: Domain) -> Vec<Domain> {
     let mut domains = vec![finest];
     let mut last = finest;
     while (last.width.min(last.height) - 1) / 2 >= COARSEST {
@@ -52,31 +52,35 @@ pub fn run(curves: &[Curve], domain: Domain, update: Update) -> Result<Fields, S
             Some((below, values)) => values.raised(below, domain),
             None => Level::first(&nodes),
         };
-        level.iterate(&nodes, domain, update, count);
+        level.iterate_slopes_and_noise(&nodes, domain, count);
+        level.iterate_elevation(&nodes, domain, update, count);
         iterations += count;
         state = Some((*domain, level));
     }
     let seconds = start.elapsed().as_secs_f64();
-    let held = nodes.iter().any(|node| node.elevations > 0);
-    let Some((_, level)) = state.filter(|_| held) else { return Err(SolveError::Unheld) };
+    if !held(&nodes) {
+        return Err(SolveError::Unheld);
+    }
+    let Some((_, level)) = state else { return Err(SolveError::Unheld) };
     // Two of everything, as Jacobi reads one and writes the other; the raster; a row of nine weights per node.
     let bytes = nodes.len() * (2 * 6 * 8 + size_of::<Node>() + size_of::<Row>());
-    let report = |field, relative_residual| Report {
-        field,
-        iterations,
-        relative_residual,
-        converged: false,
-        seconds: 0.0,
-        bytes,
-    };
-    let reports = vec![
-        report("amplitude, roughness", laplace_residual(&level.noise, &nodes, &domain, given_noise)),
-        report("gradient: norm, direction", laplace_residual(&level.gradient, &nodes, &domain, given_gradient)),
-        Report { seconds, ..report("elevation", level.elevation_residual(&nodes, &domain, update)) },
-    ];
-    let gradient = level.gradient.iter().map(|value| value.map(|value| value as f32)).collect();
-    let [amplitude, roughness] = [0, 1].map(|k| level.noise.iter().map(|pair| pair[k]).collect());
-    Ok(Fields { domain, elevation: level.elevation, amplitude, roughness, gradient, reports })
+    Ok(level.fields(&nodes, domain, update, Spent { iterations, seconds, bytes }))
+}
+
+/// Whether any node is given an elevation.
+pub fn held(nodes: &[Node]) -> bool {
+    nodes.iter().any(|node| node.elevations > 0)
+}
+
+/// What a run of the cascade took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spent {
+    /// Jacobi iterations on all rasters together.
+    pub iterations: usize,
+    /// Wall time.
+    pub seconds: f64,
+    /// Memory, bytes.
+    pub bytes: usize,
 }
 
 /// The largest ‖F − J(F)‖ / ‖J(0)‖ over the K fields, J one Jacobi iteration: the relative residual of equations scaled to a diagonal
@@ -99,21 +103,27 @@ fn relative(r: impl Fn(usize) -> f64, b: impl Fn(usize) -> f64, n: usize) -> f64
     if scale > 0.0 { norm(&r) / scale } else { 0.0 }
 }
 
-/// The values of one raster.
-struct Level {
-    elevation: Vec<f64>,
-    noise: Vec<[f64; 2]>,
+/// The values of one raster, row by row from the south.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    /// Metres.
+    pub elevation: Vec<f64>,
+    /// Amplitude, metres, and roughness.
+    pub noise: Vec<[f64; 2]>,
     /// Rise, and direction east and north.
-    gradient: Vec<[f64; 3]>,
+    pub gradient: Vec<[f64; 3]>,
 }
 
-fn given_gradient(node: &Node) -> Option<[f64; 3]> {
+/// The rise and the direction that a node is given, east and north.
+pub fn given_gradient(node: &Node) -> Option<[f64; 3]> {
     (node.guides == 1).then_some([node.guide.rise, node.guide.direction.x, node.guide.direction.y])
 }
-fn given_noise(node: &Node) -> Option<[f64; 2]> {
+/// The amplitude and the roughness that a node is given.
+pub fn given_noise(node: &Node) -> Option<[f64; 2]> {
     (node.noises > 0).then_some([node.amplitude, node.roughness])
 }
-fn given_elevation(node: &Node) -> Option<[f64; 1]> {
+/// The elevation that a node is given.
+pub fn given_elevation(node: &Node) -> Option<[f64; 1]> {
     (node.elevations > 0).then_some([node.elevation])
 }
 /// What guides a node: the slope given, or where several meet the diffused one.
@@ -132,7 +142,28 @@ fn mean<const K: usize>(nodes: &[Node], given: impl Fn(&Node) -> Option<[f64; K]
 }
 
 impl Level {
-    fn first(nodes: &[Node]) -> Level {
+    /// The fields of the finest raster, whose nodes are `nodes`, with what they leave of each equation.
+    pub fn fields(self, nodes: &[Node], domain: Domain, update: Update, spent: Spent) -> Fields {
+        let Spent { iterations, seconds, bytes } = spent;
+        let report = |field, relative_residual| Report {
+            field,
+            iterations,
+            relative_residual,
+            converged: false,
+            seconds: 0.0,
+            bytes,
+        };
+        let reports = vec![
+            report("amplitude, roughness", laplace_residual(&self.noise, nodes, &domain, given_noise)),
+            report("gradient: norm, direction", laplace_residual(&self.gradient, nodes, &domain, given_gradient)),
+            Report { seconds, ..report("elevation", self.elevation_residual(nodes, &domain, update)) },
+        ];
+        let gradient = self.gradient.iter().map(|value| value.map(|value| value as f32)).collect();
+        let [amplitude, roughness] = [0, 1].map(|k| self.noise.iter().map(|pair| pair[k]).collect());
+        Fields { domain, elevation: self.elevation, amplitude, roughness, gradient, reports }
+    }
+    /// The first guess on the coarsest raster: the mean of what is given.
+    pub fn first(nodes: &[Node]) -> Level {
         let n = nodes.len();
         let [elevation] = mean(nodes, given_elevation);
         Level {
@@ -141,7 +172,8 @@ impl Level {
             gradient: vec![mean(nodes, given_gradient); n],
         }
     }
-    fn raised(&self, from: &Domain, to: &Domain) -> Level {
+    /// Bilinear values of a coarser raster's fields on a finer one.
+    pub fn raised(&self, from: &Domain, to: &Domain) -> Level {
         let single: Vec<[f64; 1]> = self.elevation.iter().map(|h| [*h]).collect();
         Level {
             elevation: raise(&single, from, to).into_iter().map(|[h]| h).collect(),
@@ -149,14 +181,17 @@ impl Level {
             gradient: raise(&self.gradient, from, to),
         }
     }
-    /// The gradient first, then the elevation it guides; the noise beside it.
-    fn iterate(&mut self, nodes: &[Node], domain: &Domain, update: Update, count: usize) {
+    /// `count` iterations of the gradient, and of the noise beside it.
+    pub fn iterate_slopes_and_noise(&mut self, nodes: &[Node], domain: &Domain, count: usize) {
         for _ in 0..count {
             self.gradient = laplace_step(&self.gradient, nodes, domain, given_gradient);
         }
         for _ in 0..count {
             self.noise = laplace_step(&self.noise, nodes, domain, given_noise);
         }
+    }
+    /// `count` iterations of the elevation, guided by the gradient as it is.
+    pub fn iterate_elevation(&mut self, nodes: &[Node], domain: &Domain, update: Update, count: usize) {
         let rows = self.elevation_rows(nodes, domain, update);
         for _ in 0..count {
             self.elevation = elevation_step(&self.elevation, &rows, domain);

@@ -3,6 +3,7 @@
 
 use super::dense::Factors;
 use super::equations::Equations;
+use super::hierarchy::Hierarchy;
 use super::interpolation::Interpolation;
 use super::rows::Rows;
 use super::stencil::Stencil;
@@ -13,14 +14,15 @@ use crate::plane::{Plane, wide};
 pub enum Smoother {
     /// Gauss–Seidel in four colours, red before black, rows in parallel: for symmetric operators.
     FourColours,
-    /// That, and Gauss–Seidel from each corner in turn over the nodes that carry values along a direction.
+    /// That twice, before and after: it smooths along directions too, if less, and needs no order of nodes within a colour. Adapters
+    /// relax so.
+    FourColoursTwice,
+    /// Four colours, and Gauss–Seidel from each corner in turn over the nodes that carry values along a direction.
     FourDirections,
 }
 
 /// Bands of rows in which values are carried along a direction, each beside the others.
 const BANDS: usize = 8;
-/// Below this many nodes along the shorter side the operator is factored.
-const COARSEST: usize = 5;
 
 /// See the module. `K` fields are relaxed together, since they share the operator.
 #[derive(Clone, Debug)]
@@ -114,12 +116,15 @@ impl<const K: usize> Level<K> {
         let colour = |level: &mut Level<K>, (odd, first)| level.relax_colour(operator, odd, first);
         let corner = |level: &mut Level<K>, (east, north)| level.sweep(operator, east, north);
         let directions = smoother == Smoother::FourDirections;
+        let twice = smoother == Smoother::FourColoursTwice;
         if forward {
             // `start` did the first.
             colours.into_iter().skip(1).for_each(|at| colour(self, at));
+            colours.into_iter().filter(|_| twice).for_each(|at| colour(self, at));
             // Before the coarse correction alone: after it as well they cost more than they save.
             corners.into_iter().filter(|_| directions).for_each(|at| corner(self, at));
         } else {
+            colours.into_iter().rev().filter(|_| twice).for_each(|at| colour(self, at));
             colours.into_iter().rev().for_each(|at| colour(self, at));
         }
     }
@@ -168,21 +173,16 @@ impl<'a, const K: usize> Cycle<'a, K> {
     /// # Errors
     /// [`Singular`].
     pub fn new(finest: &'a Equations, smoother: Smoother) -> Result<Cycle<'a, K>, Singular> {
-        // Even a small raster has one coarser: only that can be factored.
-        let interpolation = Interpolation::of(finest);
-        let mut operator = interpolation.coarse_operator(finest);
-        let fine = Level::new(finest, Some(interpolation));
-        let mut coarse = Vec::new();
-        while operator.width().min(operator.height()) > COARSEST {
-            let interpolation = Interpolation::of(&operator);
-            let next = interpolation.coarse_operator(&operator);
-            let level = Level::new(&operator, Some(interpolation));
-            coarse.push((operator, level));
-            operator = next;
-        }
-        let coarsest = Factors::of(&operator).ok_or(Singular)?;
-        let level = Level::new(&operator, None);
-        coarse.push((operator, level));
+        let Hierarchy { interpolations, operators, coarsest } = Hierarchy::new(finest)?;
+        let mut interpolations = interpolations.into_iter();
+        let fine = Level::new(finest, interpolations.next());
+        let coarse = operators
+            .into_iter()
+            .map(|operator| {
+                let level = Level::new(&operator, interpolations.next());
+                (operator, level)
+            })
+            .collect();
         Ok(Cycle { smoother, finest, fine, coarse, coarsest })
     }
     /// What is to be corrected: the residual is written here.

@@ -54,25 +54,40 @@ impl Factors {
         Some(Factors { width, n, lu, order })
     }
 
+    /// A⁻¹·b, nodes numbered row by row.
+    fn column(&self, b: impl Fn(usize) -> f64) -> Vec<f64> {
+        let n = self.n;
+        let mut y: Vec<f64> = self.order.iter().map(|&node| b(node)).collect();
+        for r in 0..n {
+            let known: f64 = (0..r).map(|c| self.lu[r * n + c] * y[c]).sum();
+            y[r] -= known;
+        }
+        for r in (0..n).rev() {
+            let known: f64 = (r + 1..n).map(|c| self.lu[r * n + c] * y[c]).sum();
+            y[r] = (y[r] - known) / self.lu[r * n + r];
+        }
+        y
+    }
+    /// A⁻¹, row by row.
+    pub fn inverse(&self) -> Vec<f32> {
+        let n = self.n;
+        let mut inverse = vec![0.0; n * n];
+        for c in 0..n {
+            let column = self.column(|node| if node == c { 1.0 } else { 0.0 });
+            column.into_iter().enumerate().for_each(|(r, value)| inverse[r * n + c] = value as f32);
+        }
+        inverse
+    }
+
     /// `x` = A⁻¹·`b`.
     pub fn solve<const K: usize>(&self, b: &Plane<f32, K>, x: &mut Plane<f32, K>) {
-        let n = self.n;
         let place = |node: usize| (node % self.width, node / self.width);
         for k in 0..K {
             let at = |node: usize| {
                 let (i, j) = place(node);
                 f64::from(b.at(i, j)[k])
             };
-            let mut y: Vec<f64> = self.order.iter().map(|&node| at(node)).collect();
-            for r in 0..n {
-                let known: f64 = (0..r).map(|c| self.lu[r * n + c] * y[c]).sum();
-                y[r] -= known;
-            }
-            for r in (0..n).rev() {
-                let known: f64 = (r + 1..n).map(|c| self.lu[r * n + c] * y[c]).sum();
-                y[r] = (y[r] - known) / self.lu[r * n + r];
-            }
-            for (node, value) in y.into_iter().enumerate() {
+            for (node, value) in self.column(at).into_iter().enumerate() {
                 let (i, j) = place(node);
                 let mut values = x.at(i, j);
                 values[k] = value as f32;

@@ -40,7 +40,8 @@ impl Other {
     pub fn add(&mut self, step: (isize, isize), weight: f64) {
         self.weights[index_of(step)] += weight as f32;
     }
-    fn own(&self) -> f32 {
+    /// The coefficient of the node itself.
+    pub fn own(&self) -> f32 {
         self.weights.iter().sum()
     }
     /// Σ w·(F − F_neighbour) + d·F at padded column `i`; `across`: whether weights across corners count.
@@ -119,6 +120,14 @@ impl Equations {
     /// Whether any value is given.
     pub fn any_given(&self) -> bool {
         self.inverse.contains(&0.0)
+    }
+    /// Nodes from west to east, and rows from south to north.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+    /// The nodes of row `j` that are neither plain nor given, with their columns, from the west.
+    pub fn others(&self, j: usize) -> &[(u32, Other)] {
+        &self.others[j]
     }
     /// What it takes, bytes.
     pub fn bytes(&self) -> usize {

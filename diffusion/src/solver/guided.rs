@@ -10,9 +10,9 @@
 //! comes out as g / (|n_x|³ + |n_y|³): 41 % too steep at 45° (claims H1). That form is kept as [`Update::Printed`].
 
 use super::SolveError;
-use super::cycle::{Cycle, Smoother};
+use super::engine::{Engine, Kind, Processor};
 use super::equations::{Equation, Equations, Other};
-use super::krylov::{Progress, Stop, bicgstab};
+use super::krylov::{Progress, Stop};
 use super::rows::{SELF, STEPS, index_of};
 use crate::plane::Plane;
 
@@ -200,8 +200,7 @@ pub fn equations(
 /// # Errors
 /// [`SolveError::Singular`].
 pub fn solve(equations: &Equations, elevation: &mut Plane<f64, 1>, stop: Stop) -> Result<Progress<1>, SolveError> {
-    let mut cycle = Cycle::<1>::new(equations, Smoother::FourDirections)?;
-    Ok(bicgstab(equations, &mut cycle, elevation, stop))
+    Processor.solve(Kind::Directed, equations, elevation, stop)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! to nothing (one whose value is given) neither gives nor takes, and the correction that is interpolated bends where the coefficients
 //! do. The coarse operator is the Galerkin product Pᵀ·A·P, nine coefficients again.
 
+use super::hierarchy::Weights;
 use super::rows::{Rows, SELF, STEPS, index_of};
 use super::stencil::Stencil;
 use crate::plane::{Plane, wide};
@@ -108,6 +109,9 @@ impl Interpolation {
         } else {
             self.on_lines(i, j)
         }
+    }
+    pub(super) fn weights(&self) -> Weights<'_> {
+        Weights { lines: &self.lines, middles: &self.middles }
     }
     /// What it takes, bytes.
     pub(super) fn bytes(&self) -> usize {

@@ -2,9 +2,9 @@
 //! direction's two components. Fields that are given at the same nodes are solved together.
 
 use super::SolveError;
-use super::cycle::{Cycle, Smoother};
+use super::engine::{Engine, Kind, Processor};
 use super::equations::{Equation, Equations};
-use super::krylov::{Progress, Stop, conjugate_gradients};
+use super::krylov::{Progress, Stop};
 use crate::plane::Plane;
 
 /// ΔF = 0 on `width × height` nodes but for those whose value is given.
@@ -26,8 +26,7 @@ pub fn diffuse<const K: usize>(
     if !equations.any_given() {
         return Err(SolveError::Unheld);
     }
-    let mut cycle = Cycle::<K>::new(equations, Smoother::FourColours)?;
-    Ok(conjugate_gradients(equations, &mut cycle, values, stop))
+    Processor.solve(Kind::Symmetric, equations, values, stop)
 }
 
 #[cfg(test)]

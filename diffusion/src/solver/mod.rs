@@ -3,9 +3,11 @@
 pub mod cascade;
 pub mod cycle;
 mod dense;
+pub mod engine;
 pub mod equations;
 pub mod guided;
 pub mod held;
+pub mod hierarchy;
 mod interpolation;
 pub mod krylov;
 pub mod laplace;
@@ -43,6 +45,12 @@ pub enum SolveError {
     /// Some part of the field is held by no value.
     #[error(transparent)]
     Singular(#[from] cycle::Singular),
+    /// The paper's iterations were asked of what solves systems.
+    #[error("the paper's iterations solve no system: expected a solver that converges")]
+    Schedule,
+    /// A device that was to solve failed.
+    #[error(transparent)]
+    Device(Box<dyn std::error::Error + Send + Sync>),
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! A linear operator on a raster that couples each node to its eight neighbours: the coarser levels of multigrid.
 
+use super::hierarchy::Operator;
 use super::rows::{Rows, SELF};
 use crate::plane::{Float, wide};
 use rayon::prelude::*;
@@ -38,6 +39,10 @@ impl Stencil {
             },
         );
         Stencil { width, height, coefficients, inverse, directed }
+    }
+    pub(super) fn arrays(&self) -> Operator<'_> {
+        let Stencil { width, height, coefficients, inverse, directed } = self;
+        Operator { width: *width, height: *height, coefficients, inverse, directed }
     }
     fn line(&self, j: usize, k: usize) -> &[f32] {
         &self.coefficients[(9 * j + k) * self.width..][..self.width]

@@ -10,10 +10,10 @@
 //! whatever the directions do, and −n with −g is the same as n with g.
 
 use super::SolveError;
-use super::cycle::{Cycle, Smoother};
+use super::engine::{Engine, Kind, Processor};
 use super::equations::{Equation, Equations, Other};
 use super::guided::{Constraint, Slope};
-use super::krylov::{Progress, Stop, conjugate_gradients};
+use super::krylov::{Progress, Stop};
 use crate::plane::Plane;
 
 /// What a node is to its neighbours.
@@ -68,8 +68,7 @@ pub fn equations(
 /// # Errors
 /// [`SolveError::Singular`].
 pub fn solve(equations: &Equations, elevation: &mut Plane<f64, 1>, stop: Stop) -> Result<Progress<1>, SolveError> {
-    let mut cycle = Cycle::<1>::new(equations, Smoother::FourColours)?;
-    Ok(conjugate_gradients(equations, &mut cycle, elevation, stop))
+    Processor.solve(Kind::Symmetric, equations, elevation, stop)
 }
 
 struct Bands {

@@ -1,6 +1,7 @@
 //! What runs on an adapter: one module per comparison with the processor.
 
 mod conformance;
+mod diffusion;
 mod tracing;
 
 use crate::experiment::{Experiment, ExperimentError};
@@ -20,4 +21,4 @@ pub fn adapter() -> Result<Result<Context, Outcome>, ExperimentError> {
 }
 
 /// The experiments of the adapter, in the order of the report.
-pub const EXPERIMENTS: &[&Experiment] = &[&conformance::EXPERIMENT, &tracing::EXPERIMENT];
+pub const EXPERIMENTS: &[&Experiment] = &[&conformance::EXPERIMENT, &tracing::EXPERIMENT, &diffusion::EXPERIMENT];

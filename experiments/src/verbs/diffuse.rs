@@ -2,13 +2,16 @@
 
 use super::{VerbError, print};
 use crate::landscapes;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
 use terrain_diffusion::detail::detail;
 use terrain_diffusion::fields::{Fields, Settings, Solver, diffuse};
 use terrain_diffusion::landscape::Landscape;
+use terrain_diffusion::raster::Domain;
 use terrain_diffusion::solver::krylov::Stop;
+use terrain_gpu::context::Context;
+use terrain_gpu::diffusion::Diffuser;
 use terrain_model::grid::{Crs, Grid};
 use terrain_model::io::write_grid;
 
@@ -29,6 +32,12 @@ pub struct Diffuse {
     /// Relative residual of every field [default: 1e-8]
     #[arg(long, value_name = "X", value_parser = tolerance)]
     tolerance: Option<f64>,
+    /// Where fields are solved for; curves are drawn and detail is added on the processor
+    #[arg(long, value_enum, default_value = "cpu")]
+    backend: Backend,
+    /// The adapter, by any part of its name [default: TERRAIN_ADAPTER, or the fastest kind there is]
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Writes each layer beside FILE as well: NAME-smooth, -detail, -amplitude, -roughness, -gradient (metres up for a metre
     /// along the direction), -direction-x, -direction-y
     #[arg(long)]
@@ -36,6 +45,15 @@ pub struct Diffuse {
     /// The file to write; its extension is the format
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+}
+
+/// Where fields are solved for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Backend {
+    /// On the processor
+    Cpu,
+    /// On a graphics adapter: to the same residual, measured in double precision; `paper` and `corrected` in single precision
+    Gpu,
 }
 
 fn solver(name: &str) -> Result<Solver, String> {
@@ -59,8 +77,7 @@ impl Diffuse {
         let stop = Stop { relative_residual: self.tolerance.unwrap_or(default.relative_residual), ..default };
         let settings = Settings { solver: self.solver, stop, whole_gradient: self.layers, ..Settings::default() };
         let domain = landscape.domain(self.size as usize);
-        let fields = diffuse(landscape.curves(), domain, &settings)
-            .map_err(|error| VerbError::Other(format!("{}: {error}", self.curves)))?;
+        let fields = self.solve(&landscape, domain, &settings)?;
         let noise = landscape.frame().detail;
         let detail = detail(&domain, &fields.amplitude, &fields.roughness, |p, a, r| noise.at(p, a, r));
         let terrain: Vec<f64> = fields.elevation.iter().zip(&detail).map(|(smooth, detail)| smooth + detail).collect();
@@ -70,6 +87,19 @@ impl Diffuse {
         }
         self.say(&landscape, &fields, &written)?;
         self.check(&fields)
+    }
+
+    fn solve(&self, landscape: &Landscape, domain: Domain, settings: &Settings) -> Result<Fields, VerbError> {
+        let other = |error: &dyn std::fmt::Display| VerbError::Other(error.to_string());
+        let solved = if self.backend == Backend::Gpu {
+            let context = Context::new(self.adapter.as_deref()).map_err(|error| other(&error))?;
+            let diffuser = Diffuser::new(&context).map_err(|error| other(&error))?;
+            print(&format!("on {}", context.description().name))?;
+            diffuser.diffuse(landscape.curves(), domain, settings)
+        } else {
+            diffuse(landscape.curves(), domain, settings)
+        };
+        solved.map_err(|error| VerbError::Other(format!("{}: {error}", self.curves)))
     }
 
     fn write_layers(&self, fields: &Fields, detail: &[f64]) -> Result<(), VerbError> {

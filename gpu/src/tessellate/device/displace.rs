@@ -163,11 +163,11 @@ impl<'c> Displacer<'c> {
             let buffers = [&surface, &self.samples, &octaves, leaves, counters, vertices, &self.curvatures];
             let bindings = self.context.bind(&self.kernel.get_bind_group_layout(0), &buffers);
             let mut encoder = self.context.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&self.kernel);
-            pass.set_bind_group(0, &bindings, &[]);
-            pass.dispatch_workgroups_indirect(arguments, ARGUMENTS[1]);
-            drop(pass);
+            self.context.pass(&mut encoder, |pass| {
+                pass.set_pipeline(&self.kernel);
+                pass.set_bind_group(0, &bindings, &[]);
+                pass.dispatch_workgroups_indirect(arguments, ARGUMENTS[1]);
+            });
             self.context.queue().submit([encoder.finish()]);
         })?;
         Ok(vertices)

@@ -166,18 +166,18 @@ impl<'c> Refiner<'c> {
         let between = [&capacities, &self.counters, &self.arguments];
         let between = self.context.bind(&self.advance.get_bind_group_layout(0), &between);
         let mut encoder = self.context.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        for level in 0..=FINEST as usize + 1 {
-            pass.set_pipeline(&self.advance);
-            pass.set_bind_group(0, &between, &[]);
-            pass.dispatch_workgroups(1, 1, 1);
-            if level <= FINEST as usize {
-                pass.set_pipeline(&self.refine);
-                pass.set_bind_group(0, &bindings[level % 2], &[]);
-                pass.dispatch_workgroups_indirect(&self.arguments, ARGUMENTS[0]);
+        self.context.pass(&mut encoder, |pass| {
+            for level in 0..=FINEST as usize + 1 {
+                pass.set_pipeline(&self.advance);
+                pass.set_bind_group(0, &between, &[]);
+                pass.dispatch_workgroups(1, 1, 1);
+                if level <= FINEST as usize {
+                    pass.set_pipeline(&self.refine);
+                    pass.set_bind_group(0, &bindings[level % 2], &[]);
+                    pass.dispatch_workgroups_indirect(&self.arguments, ARGUMENTS[0]);
+                }
             }
-        }
-        drop(pass);
+        });
         queue.submit([encoder.finish()]);
     }
 
