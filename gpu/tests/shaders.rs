@@ -4,7 +4,7 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use std::path::Path;
 use terrain_gpu::tessellate::device::displace::DISPLACE;
 use terrain_gpu::tessellate::device::refine::{ADVANCE, REFINE};
-use terrain_gpu::{diffusion, lattice_hash, program, trace};
+use terrain_gpu::{ceiling, diffusion, lattice_hash, program, trace};
 
 fn validate(source: &str) -> Result<(), String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))?;
@@ -15,7 +15,7 @@ fn validate(source: &str) -> Result<(), String> {
 /// Every kernel as the device gets it.
 fn kernels() -> Vec<String> {
     let over_tiles = [trace::MARCH, trace::GROUND].map(|kernel| trace::source([8, 8], kernel));
-    let alone = [lattice_hash::SOURCE, REFINE, ADVANCE, DISPLACE].map(str::to_owned);
+    let alone = [lattice_hash::SOURCE, REFINE, ADVANCE, DISPLACE, ceiling::STREAM, ceiling::CHAIN].map(str::to_owned);
     let diffusing = diffusion::SOURCES.iter().map(|source| source.text.to_owned());
     [program::source([8, 8])].into_iter().chain(over_tiles).chain(alone).chain(diffusing).collect()
 }

@@ -181,11 +181,10 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
 fn controls(device: &terrain_gpu::context::Context, outcome: &mut Outcome) -> Result<(), ExperimentError> {
     let landscape = load("canyon")?;
     let (curves, domain) = (landscape.curves(), landscape.domain(65));
-    let failed = ExperimentError::failed;
     let faulty = Diffuser::perturbed(device, "product", "sides[w] * south", "sides[w] * north")
         .map_err(ExperimentError::failed)?;
     let settings = Settings { stop: TIGHT, ..Settings::default() };
-    let (_, found) = faulty.compare(curves, domain, &settings).map_err(failed)?;
+    let (_, found) = faulty.compare(curves, domain, &settings).map_err(ExperimentError::failed)?;
     let noticed = found.iter().any(|found| !found.converged) || share(&found) > 1.0;
     outcome.control(
         "the wrong neighbour",
@@ -193,8 +192,9 @@ fn controls(device: &terrain_gpu::context::Context, outcome: &mut Outcome) -> Re
         "no convergence, or a difference beyond the bound",
         noticed,
     );
-    let faulty = Diffuser::perturbed(device, "jacobi", "0.5 * implied", "0.501 * implied").map_err(failed)?;
-    let (_, share) = faulty.compare_cascade(curves, domain, Solver::Paper.update()).map_err(failed)?;
+    let faulty =
+        Diffuser::perturbed(device, "jacobi", "0.5 * implied", "0.501 * implied").map_err(ExperimentError::failed)?;
+    let (_, share) = faulty.compare_cascade(curves, domain, Solver::Paper.update()).map_err(ExperimentError::failed)?;
     outcome.control(
         "a heavier slope",
         "slopes weigh 0.501 for ½",

@@ -1,7 +1,7 @@
 //! Experiments on the executors of the feature tree themselves, over all papers.
 
 mod lattice_hash;
-mod operations;
+pub mod operations;
 pub mod throughput;
 
 use crate::experiment::Experiment;

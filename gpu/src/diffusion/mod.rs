@@ -6,6 +6,7 @@ pub mod compare;
 mod kernels;
 mod levels;
 mod multigrid;
+pub mod work;
 
 #[cfg(test)]
 mod tests;
