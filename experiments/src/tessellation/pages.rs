@@ -74,12 +74,13 @@ fn detail() -> Result<Detail, ExperimentError> {
     Detail::new(&octaves, 3, Space::Volume).ok_or_else(|| ExperimentError::failed("octaves are not sound"))
 }
 
-/// Frame of a flight from the middle north, 80 m above the ground where it starts.
+/// Frame of a flight from the middle north, 80 m above the ground, looking down: the horizon would need all pages that lie towards it.
 fn view(ground: &Ground, frame: u32, size: [usize; 2]) -> Result<View, ExperimentError> {
     let [x, y] = ground.extent().map(|side| side / 2.0);
-    let eye = [x, y + 60.0 * f64::from(frame), ground.elevation([x, y]) + 80.0];
+    let y = y + 300.0 * f64::from(frame);
+    let eye = [x, y, ground.elevation([x, y]) + 80.0];
     let half = size.map(|n| 0.5 * n as f64);
-    View::new(eye, [0.05, 1.0, -0.12], 1.2 * half[0], half)
+    View::new(eye, [0.05, 1.0, -0.62], 1.2 * half[0], half)
         .ok_or_else(|| ExperimentError::failed("a camera looks straight down"))
 }
 
@@ -118,7 +119,7 @@ fn run(ctx: &Context) -> Result<Outcome, ExperimentError> {
 
     let side = ctx.profile.pick(4097, 16_385);
     let ground = paged(side, 0)?;
-    let mut table = Table::new("flight", "60 m a frame")
+    let mut table = Table::new("flight", "300 m a frame")
         .column("frame")
         .column("leaves")
         .column("pages that were needed so far")
