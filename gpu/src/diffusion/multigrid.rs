@@ -1,5 +1,5 @@
 //! Fields solved on the device: BiCGStab in `f32` around the cycle, all of it without a word to the host, inside a refinement in `f64`
-//! whose residual the processor computes. A round costs one upload and one read-back of a field, and two or three rounds do.
+//! whose residual the processor computes. A round costs one upload and one read-back of a field, and two or three rounds do; from what one gained the next is as long as it must.
 
 use super::DiffusionError;
 use super::kernels::{bits, plane, uniform};
@@ -12,13 +12,13 @@ use terrain_diffusion::solver::equations::Equations;
 use terrain_diffusion::solver::hierarchy::Hierarchy;
 use terrain_diffusion::solver::krylov::{Progress, Stop};
 
-/// Iterations of the first round: more gain nothing in `f32` on the fields of Laplace.
+/// Iterations of the first round.
 const FIRST: usize = 4;
 /// The most iterations of a round.
 const LONGEST: usize = 32;
-/// A round that gains less than this is followed by one of twice the iterations.
-const GAIN: f64 = 1e-4;
-/// A round that leaves more than this of a residual is the last: rounding, or a cycle that does not fit, is in the way.
+/// What a round is asked for at the most: less is lost in `f32`.
+const GAIN: f64 = 1e-6;
+/// A round, unless it was a short one, that leaves more than this of a residual is the last: rounding, or a cycle that does not fit, is in the way.
 const STALLED: f64 = 0.5;
 
 /// The engine.
@@ -91,15 +91,33 @@ fn refine<const K: usize>(
         rows[count - 1] = relative(norms);
         residuals.extend(rows);
         let gains = (0..K).filter(|k| !arrived(last[*k])).map(|k| norms[k] / before[k]);
-        if !whole || gains.clone().all(|gain| gain > STALLED) {
+        if !whole || count >= FIRST && gains.clone().all(|gain| gain > STALLED) {
             break;
         }
-        if gains.fold(0.0, f64::max) > GAIN {
-            round = (2 * round).min(LONGEST);
-        }
+        let last = residuals[residuals.len() - 1];
+        let wanted =
+            last.into_iter().fold(1.0, |least: f64, residual| least.min(0.5 * stop.relative_residual / residual));
+        round = iterations(gains.fold(0.0, f64::max), count, wanted);
     }
     let converged = residuals[residuals.len() - 1].into_iter().all(arrived);
     Ok(Progress { residuals, converged, bytes: equations.bytes() + solver.bytes as usize })
+}
+
+/// Iterations that leave `wanted` of a residual, if `count` of them left `gain`, the same share each.
+fn iterations(gain: f64, count: usize, wanted: f64) -> usize {
+    // The root of `gain`, by halving: a few digits do.
+    let [mut low, mut high] = [0.0, 1.0];
+    for _ in 0..20 {
+        let middle: f64 = 0.5 * (low + high);
+        let power = (0..count).fold(1.0, |power, _| power * middle);
+        if power < gain { low = middle } else { high = middle }
+    }
+    let (mut left, mut done) = (1.0, 0);
+    while done < 1 || left > wanted.max(GAIN) && done < LONGEST {
+        left *= high;
+        done += 1;
+    }
+    done
 }
 
 /// BiCGStab for one operator, preconditioned from the right by the cycle.
@@ -220,5 +238,20 @@ impl<'k> Solver<'k> {
             self.sum(pass, half + 1);
             self.kernels.advance.dispatch(pass, &self.steps.advances[half], self.levels.strides());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_round_is_as_long_as_the_last_one_says() {
+        // A hundredth each: three more leave a millionth, and no more is asked of f32.
+        assert_eq!([1e-2, 1e-3, 1e-6, 1e-12].map(|wanted| iterations(1e-8, 4, wanted * 1.001)), [1, 2, 3, 4]);
+        assert_eq!(
+            (iterations(0.0, 4, 1e-6), iterations(0.9, 1, 1e-12), iterations(1.0, 4, 0.5)),
+            (1, LONGEST, LONGEST)
+        );
     }
 }
