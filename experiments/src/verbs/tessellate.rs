@@ -248,10 +248,13 @@ impl Tessellate {
         let [cells, samples] = [(size[0] - 1) * (size[1] - 1), size[0] * size[1]];
         let [proved, off] =
             [(cells - made.open, cells), (made.off, samples)].map(|(n, of)| 100.0 * n as f64 / of as f64);
-        print(&format!(
-            "{scene}: {} × {} samples, within {:.3} m of the tree, proved of {proved:.1} % of the cells; {off:.1} % lie off the terrain",
-            size[0], size[1], made.bound,
-        ))?;
+        let missed = if made.open == cells {
+            "no bound of what they miss is proved".to_owned()
+        } else {
+            format!("within {:.3} m of the tree, proved of {proved:.1} % of the cells", made.bound)
+        };
+        let [width, height] = size;
+        print(&format!("{scene}: {width} × {height} samples, {missed}; {off:.1} % lie off the terrain"))?;
         Ok(made.grid)
     }
 
