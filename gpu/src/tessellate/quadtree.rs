@@ -1,4 +1,4 @@
-//! The adaptive quadtree of Génevaux 2015 §8.2 (its [DIP14]) over the same ground, to compare with: cells split by distance, neighbours
+//! The adaptive quadtree of Génevaux 2015 §8.2 (its reference DIP14) over the same ground, to compare with: cells split by distance, neighbours
 //! differ by one level at most, and a cell is a fan about its centre with a corner where a smaller neighbour has one. So no edge opens;
 //! but a cell must know its neighbours, which a bisected triangle need not.
 
