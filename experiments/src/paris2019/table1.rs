@@ -27,8 +27,8 @@ pub const EXPERIMENT: Experiment = Experiment {
     code: "experiments/src/paris2019/table1.rs",
     test: "experiments/src/paris2019/amplified.rs::the_canyon_is_the_same_on_any_number_of_threads",
     expected: |profile| Expected {
-        seconds: profile.pick(60.0, 600.0),
-        memory_bytes: profile.pick(4_096, 12_288) << 20,
+        seconds: profile.pick(60.0, 240.0),
+        memory_bytes: 4_096 << 20,
         disk_bytes: profile.pick(4, 12) << 20,
     },
     run,
