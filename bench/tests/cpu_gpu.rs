@@ -6,7 +6,7 @@ use terrain_bench::cpu_gpu::{Sizes, run};
 #[test]
 fn a_quick_comparison_is_whole_and_survives_its_file() {
     if let Err(error) = terrain_gpu::context::Context::new(None) {
-        assert!(!terrain_gpu::context::required(), "TERRAIN_REQUIRE_GPU=1: {error}");
+        assert!(!terrain_gpu::adapter::required(), "TERRAIN_REQUIRE_GPU=1: {error}");
         eprintln!("skipped: {error}");
         return;
     }

@@ -65,8 +65,8 @@ pub struct Gpu {
     pub software: bool,
 }
 
-impl From<terrain_gpu::context::Description> for Gpu {
-    fn from(found: terrain_gpu::context::Description) -> Self {
+impl From<terrain_gpu::adapter::Description> for Gpu {
+    fn from(found: terrain_gpu::adapter::Description) -> Self {
         Self { adapter: found.name, driver: found.driver, backend: found.backend, software: found.software }
     }
 }
@@ -75,7 +75,7 @@ impl Gpu {
     /// The adapter that experiments of this run would use, for [`crate::report::Outcome::gpu`]. Asking loads the drivers, so it is
     /// left to experiments that use one.
     pub fn here() -> Option<Self> {
-        terrain_gpu::context::describe().map(Self::from)
+        terrain_gpu::adapter::describe().map(Self::from)
     }
 }
 

@@ -137,8 +137,8 @@ fn an_adapter_writes_the_raster_of_the_processor_or_says_what_is_missing() {
     let (cpu, gpu) = (folder.path().join("cpu.tif"), folder.path().join("gpu.tif"));
     let run = ["diffuse", "builtin:fig5_ridge", "--size", "65", "--out"];
     let on_adapter = [&run[..], &[text(&gpu), "--backend", "gpu"]].concat();
-    let Some(adapter) = terrain_gpu::context::describe() else {
-        assert!(!terrain_gpu::context::required(), "an adapter is required");
+    let Some(adapter) = terrain_gpu::adapter::describe() else {
+        assert!(!terrain_gpu::adapter::required(), "an adapter is required");
         eprintln!("skipped: no adapter");
         one_line(&on_adapter, &["install a driver"]);
         return;

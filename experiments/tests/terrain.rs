@@ -203,8 +203,8 @@ fn an_adapter_draws_the_picture_of_the_processor_or_says_what_is_missing() {
     assert!(stats["adapter"].is_null());
     let proof = fails(1, &["render", DEMO, "--backend", "gpu", "--tracer", "certified", "--out", "a.png"]);
     one_line(&proof, &["certified", "--backend"]);
-    let Some(adapter) = terrain_gpu::context::describe() else {
-        assert!(!terrain_gpu::context::required(), "an adapter is required");
+    let Some(adapter) = terrain_gpu::adapter::describe() else {
+        assert!(!terrain_gpu::adapter::required(), "an adapter is required");
         eprintln!("skipped: no adapter");
         one_line(&fails(1, &[&["render", DEMO, "--out", "a.png"], &on_adapter[..]].concat()), &["install a driver"]);
         return;

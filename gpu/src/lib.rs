@@ -1,5 +1,6 @@
 //! The GPU side: adapters, and kernels that compute what `terrain-model` and `terrain-diffusion` compute, on wgpu.
 
+pub mod adapter;
 pub mod ceiling;
 pub mod context;
 pub mod diffusion;

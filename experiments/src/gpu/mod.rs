@@ -6,7 +6,8 @@ mod tracing;
 
 use crate::experiment::{Experiment, ExperimentError};
 use crate::report::Outcome;
-use terrain_gpu::context::{Context, required};
+use terrain_gpu::adapter::required;
+use terrain_gpu::context::Context;
 
 /// The adapter at hand; the outcome of an experiment that has none.
 ///
