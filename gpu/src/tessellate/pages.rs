@@ -261,6 +261,16 @@ mod tests {
     }
 
     #[test]
+    fn the_device_refuses_a_ground_in_pages_in_one_line() {
+        let Some(context) = crate::context::device() else { return };
+        let paged = Ground::paged(made(0), 0.6, 4).unwrap();
+        let error = crate::tessellate::device::displace::Displacer::new(&context, &paged).err().unwrap().to_string();
+        assert!(error.contains("pages") && error.contains("the processor") && !error.contains('\n'), "{error}");
+        // Control: the same ground in memory is taken.
+        assert!(crate::tessellate::device::displace::Displacer::new(&context, &whole()).is_ok());
+    }
+
+    #[test]
     fn a_source_that_fails_is_told_and_holes_are_refused() {
         let source = made(0);
         let end = source.end.clone();
