@@ -1,5 +1,6 @@
 //! Fields solved on the device: BiCGStab in `f32` around the cycle, all of it without a word to the host, inside a refinement in `f64`
-//! whose residual the processor computes. A round costs one upload and one read-back of a field, and two or three rounds do; from what one gained the next is as long as it must.
+//! whose residual the processor computes. A round costs one upload and one read-back of a field, and two or three rounds do: what one
+//! gained says how long the next must be.
 
 use super::DiffusionError;
 use super::kernels::{bits, plane, uniform};
@@ -18,7 +19,8 @@ const FIRST: usize = 4;
 const LONGEST: usize = 32;
 /// What a round is asked for at the most: less is lost in `f32`.
 const GAIN: f64 = 1e-6;
-/// A round, unless it was a short one, that leaves more than this of a residual is the last: rounding, or a cycle that does not fit, is in the way.
+/// A round, unless it was a short one, that leaves more than this of a residual is the last: rounding, or a cycle that does not fit, is
+/// in the way.
 const STALLED: f64 = 0.5;
 
 /// The engine.
