@@ -54,7 +54,7 @@ struct Found {
     pixels: Vec<f32>,
     switched: u64,
     beyond: u64,
-    /// Points without a bound: so near the eye that what slopes vary by reaches it.
+    /// Points without a bound: what the surface varies by there reaches the eye.
     open: u64,
     /// Largest jump, and the largest over its bound.
     largest: [f64; 2],
